@@ -1,0 +1,334 @@
+//! The camera: where the eye stands, and the projection onto the page that follows.
+//!
+//! Conventions: azimuth and elevation in degrees; `0,0` is the front; azimuth turns the eye towards +right,
+//! elevation towards +up; distances in bounding radii from the centre. Pixel origin top left, y down; depth is the
+//! distance along the view axis in object units, growing away from the eye.
+
+use std::fmt;
+use std::str::FromStr;
+
+use glam::Vec3;
+
+use crate::page::Page;
+
+/// Vertical field of view of the perspective camera, in degrees.
+pub const FIELD_OF_VIEW_DEG: f32 = 30.0;
+
+/// Share of the page's shorter side (inside the margins) that the bounding sphere fills.
+pub const FIT: f32 = 0.9;
+
+/// Which axis of the data points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpAxis {
+    /// +x up, +z right, the front eye on +y.
+    X,
+    /// +y up, +x right, the front eye on +z.
+    #[default]
+    Y,
+    /// +z up, +x right, the front eye on −y.
+    Z,
+}
+
+impl UpAxis {
+    /// The right, up and front (towards the front eye) axes of the data.
+    pub fn axes(self) -> [Vec3; 3] {
+        match self {
+            UpAxis::X => [Vec3::Z, Vec3::X, Vec3::Y],
+            UpAxis::Y => [Vec3::X, Vec3::Y, Vec3::Z],
+            UpAxis::Z => [Vec3::X, Vec3::Z, Vec3::NEG_Y],
+        }
+    }
+}
+
+impl FromStr for UpAxis {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        match s {
+            "x" => Ok(UpAxis::X),
+            "y" => Ok(UpAxis::Y),
+            "z" => Ok(UpAxis::Z),
+            _ => Err(format!("'{s}' is not an axis; write x, y or z")),
+        }
+    }
+}
+
+impl fmt::Display for UpAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            UpAxis::X => "x",
+            UpAxis::Y => "y",
+            UpAxis::Z => "z",
+        })
+    }
+}
+
+/// Where the eye stands, before the object and the page are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Azimuth in degrees; positive turns the eye towards the data's right.
+    pub azimuth: f32,
+    /// Elevation in degrees, −90…90; positive raises the eye.
+    pub elevation: f32,
+    /// Distance of the eye in bounding radii from the centre; `None` fits the bounding sphere to the page.
+    pub distance: Option<f32>,
+    /// Parallel projection instead of perspective.
+    pub ortho: bool,
+    /// Scales the image plane about the page centre, after fitting.
+    pub zoom: f32,
+    /// Which axis points up.
+    pub up: UpAxis,
+}
+
+impl Default for Camera {
+    /// Azimuth 20°, elevation 15°, perspective, fitted.
+    fn default() -> Self {
+        Camera { azimuth: 20.0, elevation: 15.0, distance: None, ortho: false, zoom: 1.0, up: UpAxis::Y }
+    }
+}
+
+impl Camera {
+    /// Reads `AZ,EL[,DIST]` or a name (`front back left right top bottom`; `left`: the eye on the data's left) into
+    /// this camera's direction and distance.
+    ///
+    /// # Errors
+    /// Says what is understood.
+    pub fn set_direction(&mut self, s: &str) -> Result<(), String> {
+        let named = match s {
+            "front" => Some((0.0, 0.0)),
+            "back" => Some((180.0, 0.0)),
+            "left" => Some((-90.0, 0.0)),
+            "right" => Some((90.0, 0.0)),
+            "top" => Some((0.0, 90.0)),
+            "bottom" => Some((0.0, -90.0)),
+            _ => None,
+        };
+        if let Some((azimuth, elevation)) = named {
+            (self.azimuth, self.elevation, self.distance) = (azimuth, elevation, None);
+            return Ok(());
+        }
+        let error = || {
+            format!(
+                "'{s}' is not a camera; write AZ,EL or AZ,EL,DIST in degrees and bounding radii \
+                 (for example 20,15), or front, back, left, right, top, bottom"
+            )
+        };
+        let numbers = parse_numbers(s).ok_or_else(error)?;
+        let (azimuth, elevation, distance) = match numbers[..] {
+            [a, e] => (a, e, None),
+            [a, e, d] => (a, e, Some(d)),
+            _ => return Err(error()),
+        };
+        if !(-90.0..=90.0).contains(&elevation) {
+            return Err(format!("elevation {elevation} is outside -90 to 90 degrees"));
+        }
+        if let Some(d) = distance
+            && !(d > 1.0 && d <= 1e6)
+        {
+            return Err(format!("distance {d} is not between 1 (the bounding sphere's surface) and 1e6 bounding radii"));
+        }
+        (self.azimuth, self.elevation, self.distance) = (azimuth, elevation, distance);
+        Ok(())
+    }
+
+    /// The view of a bounding sphere on a page.
+    ///
+    /// With `distance: None` the sphere's outline fills [`FIT`] of the page's shorter side inside the margins; with a
+    /// distance the field of view stays [`FIELD_OF_VIEW_DEG`] vertically and the object grows as the eye comes near.
+    pub fn view(&self, center: Vec3, radius: f32, page: &Page) -> View {
+        let [x, y, z] = self.up.axes();
+        let (sa, ca) = sin_cos_deg(self.azimuth);
+        let (se, ce) = sin_cos_deg(self.elevation);
+        // At ±90° elevation `right` depends on the azimuth alone, which is the limit from below.
+        let right = x * ca - z * sa;
+        let back = (x * sa + z * ca) * ce + y * se;
+        let up = y * ce - (x * sa + z * ca) * se;
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let half_fit = 0.5 * FIT * page.short_side_px();
+        let (cx, cy) = page.center_px();
+        // The vertical field of view spans the page's height.
+        let tan_half = (0.5 * FIELD_OF_VIEW_DEG).to_radians().tan();
+        let focal_px = 0.5 * page.height as f32 / tan_half;
+        let distance = match self.distance {
+            Some(d) => d * radius,
+            // Seen from distance D a sphere of radius R has the outline tan(asin(R/D)) on the unit image plane.
+            None => radius / (half_fit / focal_px).atan().sin(),
+        };
+        let projection = if self.ortho {
+            Projection::Parallel { px_per_unit: half_fit / radius * self.zoom }
+        } else {
+            Projection::Perspective { focal_px: focal_px * self.zoom }
+        };
+        View { right, up, back, eye: center + back * distance, center, radius, distance, projection, cx, cy }
+    }
+}
+
+/// Sine and cosine of an angle in degrees, exact at multiples of 90°.
+fn sin_cos_deg(deg: f32) -> (f32, f32) {
+    let r = deg.rem_euclid(360.0);
+    match r {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => {
+            let (s, c) = f64::from(deg).to_radians().sin_cos();
+            (s as f32, c as f32)
+        }
+    }
+}
+
+/// Comma-separated finite numbers, or `None`.
+pub(crate) fn parse_numbers(s: &str) -> Option<Vec<f32>> {
+    s.split(',').map(|t| t.trim().parse::<f32>().ok().filter(|v| v.is_finite())).collect()
+}
+
+/// Perspective or parallel, with its scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// `x_px = cx + focal_px · x / depth`.
+    Perspective {
+        /// Pixels on the page for one object unit at depth 1.
+        focal_px: f32,
+    },
+    /// `x_px = cx + px_per_unit · x`.
+    Parallel {
+        /// Pixels on the page for one object unit at any depth.
+        px_per_unit: f32,
+    },
+}
+
+/// A camera that has met its object and its page: everything needed to project.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Unit vector to the right of the page, in object space.
+    pub right: Vec3,
+    /// Unit vector up the page, in object space.
+    pub up: Vec3,
+    /// Unit vector from the page towards the eye, in object space.
+    pub back: Vec3,
+    /// The eye, in object space.
+    pub eye: Vec3,
+    /// Centre of the bounding sphere.
+    pub center: Vec3,
+    /// Radius of the bounding sphere, object units.
+    pub radius: f32,
+    /// Distance of the eye from the centre, object units.
+    pub distance: f32,
+    /// The projection.
+    pub projection: Projection,
+    /// Page centre, pixels from the left.
+    pub cx: f32,
+    /// Page centre, pixels from the top.
+    pub cy: f32,
+}
+
+impl View {
+    /// Pixels an object unit covers at `depth`, on a plane that faces the eye.
+    #[inline]
+    pub fn px_per_unit(&self, depth: f32) -> f32 {
+        match self.projection {
+            Projection::Perspective { focal_px } => focal_px / depth,
+            Projection::Parallel { px_per_unit } => px_per_unit,
+        }
+    }
+
+    /// Depth of a point: its distance along the view axis from the eye plane, object units.
+    #[inline]
+    pub fn depth(&self, p: Vec3) -> f32 {
+        (self.eye - p).dot(self.back)
+    }
+
+    /// Projects a point: x and y in pixels and the depth in object units. Under perspective a point with depth ≤ 0
+    /// lies behind the eye and its pixel is meaningless.
+    #[inline]
+    pub fn project(&self, p: Vec3) -> (f32, f32, f32) {
+        let v = p - self.eye;
+        let depth = -v.dot(self.back);
+        let s = self.px_per_unit(depth);
+        (self.cx + v.dot(self.right) * s, self.cy - v.dot(self.up) * s, depth)
+    }
+
+    /// Unit vector from a point to the eye.
+    #[inline]
+    pub fn to_eye(&self, p: Vec3) -> Vec3 {
+        match self.projection {
+            Projection::Perspective { .. } => (self.eye - p).normalize(),
+            Projection::Parallel { .. } => self.back,
+        }
+    }
+
+    /// True for parallel projection.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self.projection, Projection::Parallel { .. })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(direction: &str, ortho: bool, up: UpAxis) -> Camera {
+        let mut c = Camera { ortho, up, ..Camera::default() };
+        c.set_direction(direction).unwrap();
+        c
+    }
+
+    #[test]
+    fn front_views_follow_the_conventions() {
+        let page = Page::default();
+        // (up axis, where the eye is, what is right, what is up)
+        for (up, back, right, upward) in [
+            (UpAxis::Y, Vec3::Z, Vec3::X, Vec3::Y),
+            (UpAxis::Z, Vec3::NEG_Y, Vec3::X, Vec3::Z),
+            (UpAxis::X, Vec3::Y, Vec3::Z, Vec3::X),
+        ] {
+            let v = camera("0,0", false, up).view(Vec3::ZERO, 1.0, &page);
+            assert_eq!((v.back, v.right, v.up), (back, right, upward));
+            assert!((v.right.cross(v.up) - v.back).length() < 1e-6, "right-handed");
+        }
+        let v = camera("left", false, UpAxis::Y).view(Vec3::ZERO, 1.0, &page);
+        assert_eq!(v.back, Vec3::NEG_X);
+        let v = camera("top", false, UpAxis::Y).view(Vec3::ZERO, 1.0, &page);
+        assert_eq!((v.back, v.right, v.up), (Vec3::Y, Vec3::X, Vec3::NEG_Z));
+        let near = camera("0,89.99", false, UpAxis::Y).view(Vec3::ZERO, 1.0, &page);
+        assert!((near.up - v.up).length() < 1e-3, "the top view is the limit from below");
+        let v = camera("90,0", false, UpAxis::Y).view(Vec3::ZERO, 1.0, &page);
+        assert_eq!(v.back, Vec3::X, "azimuth turns the eye towards +x");
+    }
+
+    #[test]
+    fn the_bounding_sphere_fills_the_page() {
+        for (w, h) in [(1000, 1000), (1600, 1000), (1000, 1600)] {
+            let page = Page::pixels(w, h).unwrap();
+            for ortho in [false, true] {
+                let v = camera("33,21", ortho, UpAxis::Y).view(Vec3::new(1.0, 2.0, 3.0), 5.0, &page);
+                // The outline of a sphere is widest where the line of sight touches it.
+                let (mut low, mut high) = (f32::MAX, f32::MIN);
+                for i in 0..2000 {
+                    let a = i as f32 * std::f32::consts::TAU / 2000.0;
+                    let p = v.center + 5.0 * (v.up * a.sin() + v.back * a.cos());
+                    let (_, y, _) = v.project(p);
+                    low = low.min(y);
+                    high = high.max(y);
+                }
+                assert!((high - low - 900.0).abs() < 1.0, "{w}x{h} ortho {ortho}: {}", high - low);
+            }
+        }
+    }
+
+    #[test]
+    fn projection_is_right_handed_with_y_down() {
+        let v = camera("0,0", true, UpAxis::Y).view(Vec3::ZERO, 1.0, &Page::default());
+        let (x, y, depth) = v.project(Vec3::new(0.5, 0.5, 0.5));
+        assert!(x > v.cx && y < v.cy);
+        assert!((depth - (v.distance - 0.5)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn bad_cameras_are_refused() {
+        for bad in ["", "1", "1,2,3,4", "a,b", "0,91", "0,0,0", "0,0,-3", "nan,0", "0,0,1"] {
+            assert!(Camera::default().set_direction(bad).is_err(), "{bad}");
+        }
+    }
+}

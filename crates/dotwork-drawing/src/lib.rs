@@ -1,0 +1,27 @@
+//! The common ground of dotwork: what every other crate speaks about.
+//!
+//! * [`Page`] and [`Length`]: how large the picture is, in pixels and in millimetres;
+//! * [`Camera`] and [`View`]: where the eye stands, and the projection that follows;
+//! * [`Light`]: where the light comes from, relative to the viewer or to the object;
+//! * [`Color`]: sRGB colours and linear light;
+//! * [`Drawing`], [`Layer`], [`Dots`]: the finished picture as marks on a page, which raster, vector, film and
+//!   window all consume;
+//! * [`hash`]: randomness as a pure function of integers;
+//! * [`Warnings`]: what a library has to say, collected and returned, never printed.
+//!
+//! This crate knows nothing of meshes, files, devices or windows.
+
+pub mod camera;
+pub mod color;
+pub mod hash;
+pub mod light;
+pub mod marks;
+pub mod page;
+pub mod warnings;
+
+pub use camera::{Camera, Projection, UpAxis, View};
+pub use color::Color;
+pub use light::{Light, LightFrame};
+pub use marks::{Dots, Drawing, Layer};
+pub use page::{Length, Page, Unit};
+pub use warnings::{Warning, Warnings};
