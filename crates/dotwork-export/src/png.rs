@@ -1,0 +1,207 @@
+//! PNG files that know how large they are on paper.
+//!
+//! Dot drawings are flat paper with small, similar discs: runs and repeats of whole bytes, which deflate finds best
+//! unfiltered. Filters, made for photographs, turn equal dots on unequal rows into unequal bytes. Measured on stipple
+//! drawings of 1024² pixels, 1.5 px dots, png 0.18 (time, file; grey and RGB; one core of a shared 2-core machine):
+//!
+//! | filter, level | grey | RGB |
+//! |---|---|---|
+//! | `Compression::Fast` (adaptive, fdeflate) | 3 ms, 479 kB | 8 ms, 1251 kB |
+//! | `Compression::Balanced` (adaptive, 6) | 65 ms, 410 kB | 82 ms, 804 kB |
+//! | none, 1 | 8 ms, 365 kB | 17 ms, 592 kB |
+//! | **none, 2** | 17 ms, 331 kB | 29 ms, 500 kB |
+//! | none, 4 | 29 ms, 318 kB | 46 ms, 493 kB |
+//! | none, 6 | 52 ms, 315 kB | 68 ms, 489 kB |
+
+use std::io::{self, Write};
+
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensions, Unit};
+
+/// The last level before time grows faster than files shrink; see the table above.
+const DEFLATE_LEVEL: u8 = 2;
+
+/// The samples of a raster, 8-bit sRGB, rows from top to bottom without gaps.
+#[derive(Clone, Copy, Debug)]
+pub enum Pixels<'a> {
+    /// One byte a pixel.
+    Grey(&'a [u8]),
+    /// Three bytes a pixel: red, green, blue.
+    Rgb(&'a [u8]),
+}
+
+/// A raster to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct RasterView<'a> {
+    /// Width in pixels, at least 1.
+    pub width: u32,
+    /// Height in pixels, at least 1.
+    pub height: u32,
+    /// `width · height` pixels.
+    pub pixels: Pixels<'a>,
+}
+
+/// Pixels a metre at `dpi` pixels an inch, as `pHYs` counts them.
+pub fn pixels_per_metre(dpi: f32) -> u32 {
+    // The cast clamps to u32 and takes NaN to 0.
+    (f64::from(dpi) / 0.0254).round() as u32
+}
+
+/// Writes a raster as PNG with its physical resolution and `text`, pairs of a keyword and a value.
+///
+/// `ppm` is the resolution in pixels a metre ([`pixels_per_metre`]) for the `pHYs` chunk; 0 leaves the chunk out.
+/// Values go into `tEXt` if Latin-1 can hold them, into `iTXt` otherwise. `text` comes before the pixels, so that a
+/// reader finds it without decoding them.
+///
+/// # Errors
+/// What the writer refuses; [`io::ErrorKind::InvalidInput`] if the slice does not hold `width · height` pixels, a side
+/// is 0, or a keyword is not 1 to 79 Latin-1 characters.
+pub fn write_png<W: Write>(
+    writer: W,
+    raster: &RasterView<'_>,
+    ppm: u32,
+    text: &[(&str, &str)],
+) -> io::Result<()> {
+    let RasterView { width, height, pixels } = *raster;
+    let (color, samples, bytes) = match pixels {
+        Pixels::Grey(bytes) => (ColorType::Grayscale, 1, bytes),
+        Pixels::Rgb(bytes) => (ColorType::Rgb, 3, bytes),
+    };
+    let expected = u128::from(width) * u128::from(height) * samples;
+    if expected == 0 || expected != bytes.len() as u128 {
+        return Err(invalid(format!(
+            "a raster of {width} x {height} pixels needs {expected} bytes, not {}",
+            bytes.len()
+        )));
+    }
+    let mut encoder = Encoder::new(writer, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_deflate_compression(DeflateCompression::Level(DEFLATE_LEVEL));
+    encoder.set_filter(Filter::NoFilter);
+    if ppm > 0 {
+        encoder.set_pixel_dims(Some(PixelDimensions { xppu: ppm, yppu: ppm, unit: Unit::Meter }));
+    }
+    for &(keyword, value) in text {
+        check_keyword(keyword)?;
+        if value.contains('\0') {
+            return Err(invalid(format!("the text for {keyword} holds a zero byte")));
+        }
+        // PNG's Latin-1 leaves out the control characters, save the line feed.
+        let latin1 = |c: char| matches!(c, '\n' | ' '..='~' | '\u{a0}'..='\u{ff}');
+        if value.chars().all(latin1) {
+            encoder.add_text_chunk(keyword.into(), value.into())?;
+        } else {
+            encoder.add_itxt_chunk(keyword.into(), value.into())?;
+        }
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(())
+}
+
+/// The PNG specification, 11.3.3.1.
+fn check_keyword(keyword: &str) -> io::Result<()> {
+    let count = keyword.chars().count();
+    let printable = keyword.chars().all(|c| matches!(c, ' '..='~' | '\u{a1}'..='\u{ff}'));
+    let spaces = keyword.starts_with(' ') || keyword.ends_with(' ') || keyword.contains("  ");
+    if (1..=79).contains(&count) && printable && !spaces {
+        Ok(())
+    } else {
+        Err(invalid(format!("'{}' cannot be a keyword of a PNG text", keyword.escape_debug())))
+    }
+}
+
+fn invalid(what: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn encode(raster: &RasterView<'_>, ppm: u32, text: &[(&str, &str)]) -> Vec<u8> {
+        let mut out = Vec::new();
+        write_png(&mut out, raster, ppm, text).unwrap();
+        out
+    }
+
+    fn noise(len: usize) -> Vec<u8> {
+        (0..len as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect()
+    }
+
+    #[test]
+    fn rasters_decode_to_the_same_bytes() {
+        for (width, height) in [(1, 1), (7, 5), (300, 2), (2, 300), (256, 256)] {
+            let grey = noise(width * height);
+            let flat = vec![255; width * height * 3];
+            let rgb = noise(width * height * 3);
+            for (pixels, bytes, color) in [
+                (Pixels::Grey(&grey), &grey, ColorType::Grayscale),
+                (Pixels::Rgb(&rgb), &rgb, ColorType::Rgb),
+                (Pixels::Rgb(&flat), &flat, ColorType::Rgb),
+            ] {
+                let raster = RasterView { width: width as u32, height: height as u32, pixels };
+                let file = encode(&raster, 11_811, &[]);
+                assert_eq!(file, encode(&raster, 11_811, &[]), "the same bytes every time");
+                let mut reader = png::Decoder::new(Cursor::new(&file)).read_info().unwrap();
+                let mut decoded = vec![0; reader.output_buffer_size().unwrap()];
+                let info = reader.next_frame(&mut decoded).unwrap();
+                assert_eq!((info.width, info.height), (raster.width, raster.height));
+                assert_eq!((info.color_type, info.bit_depth), (color, BitDepth::Eight));
+                assert_eq!(&decoded, bytes);
+            }
+        }
+    }
+
+    #[test]
+    fn the_resolution_is_in_pixels_a_metre() {
+        for (dpi, ppm) in [(72.0, 2835), (300.0, 11_811), (600.0, 23_622), (f32::NAN, 0)] {
+            assert_eq!(pixels_per_metre(dpi), ppm);
+        }
+        let file = encode(&RasterView { width: 1, height: 1, pixels: Pixels::Grey(&[9]) }, 11_811, &[]);
+        let at = file.windows(4).position(|w| w == b"pHYs").unwrap();
+        assert_eq!(file[at + 4..at + 13], [0, 0, 0x2e, 0x23, 0, 0, 0x2e, 0x23, 1]);
+    }
+
+    #[test]
+    fn text_comes_back() {
+        let text = [
+            ("Software", "dotwork 0.1.0"),
+            ("dotwork", "tone = 0.3\nname = \"Möbius\""),
+            ("Title", "点描 😀"),
+        ];
+        let file = encode(&RasterView { width: 1, height: 1, pixels: Pixels::Rgb(&[1, 2, 3]) }, 2835, &text);
+        // Before the pixels are read.
+        let reader = png::Decoder::new(Cursor::new(&file)).read_info().unwrap();
+        let info = reader.info();
+        let latin1 = &info.uncompressed_latin1_text;
+        assert_eq!(latin1.len(), 2);
+        for (chunk, (keyword, value)) in latin1.iter().zip(text) {
+            assert_eq!((&*chunk.keyword, &*chunk.text), (keyword, value));
+        }
+        assert_eq!(info.utf8_text.len(), 1);
+        assert_eq!(info.utf8_text[0].keyword, "Title");
+        assert_eq!(info.utf8_text[0].get_text().unwrap(), "点描 😀");
+    }
+
+    #[test]
+    fn what_is_no_raster_is_refused() {
+        let one = RasterView { width: 1, height: 1, pixels: Pixels::Grey(&[0]) };
+        let long = "k".repeat(80);
+        let refused = |raster: &RasterView<'_>, text: &[(&str, &str)]| {
+            let mut out = Vec::new();
+            assert_eq!(write_png(&mut out, raster, 1, text).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+            assert!(out.is_empty());
+        };
+        refused(&RasterView { width: 0, ..one }, &[]);
+        refused(&RasterView { width: 2, ..one }, &[]);
+        refused(&RasterView { pixels: Pixels::Rgb(&[0]), ..one }, &[]);
+        refused(&RasterView { width: u32::MAX, height: u32::MAX, ..one }, &[]);
+        for keyword in ["", " x", "x ", "a  b", "a\nb", "点", &long] {
+            refused(&one, &[(keyword, "value")]);
+        }
+        refused(&one, &[("key", "a\0b")]);
+    }
+}
