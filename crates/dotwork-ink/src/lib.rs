@@ -1,1 +1,29 @@
-//! placeholder
+//! The heart of dotwork: parameters, tones, bakes and calibrated ink, as pure functions over a [`Surface`].
+//!
+//! The one idea: *a stipple is a point with a radius; a frame asks each place for a spacing*, and a stipple is drawn
+//! where its radius is at least the spacing asked for. A [bake](bake) makes the points and their radii, a
+//! [`Tone`] answers in ink, and [`DensityTable`] and [`Coverage`] turn ink into spacing.
+//!
+//! ```text
+//! ink ──Coverage──▶ ink area per page area ──·|n·E| / πr²──▶ density on the surface ──DensityTable──▶ spacing
+//! ```
+
+pub mod bake;
+pub mod calibrate;
+mod coverage;
+mod coverage_table;
+mod density;
+mod params;
+mod presets;
+mod stock;
+mod surface;
+mod tone;
+
+pub use bake::{BakeSettings, blue_noise};
+pub use coverage::{Coverage, covered};
+pub use density::{Arrival, DensityTable};
+pub use params::{Fade, Inked, Kind, PARAMS, Param, Style, TwoSided, Visibility, find_param};
+pub use presets::{PRESETS, Preset, preset};
+pub use stock::{Baked, Stock};
+pub use surface::{MeshSurface, Place, StageDraw, Surface};
+pub use tone::{Lit, Tone};

@@ -1,1 +1,21 @@
-//! placeholder
+//! A camera looks at inked objects: visibility, selection, and the CPU backend, which is the readable reference.
+//!
+//! ```text
+//! Subject (mesh, stock, InkPlan) ─┐
+//! View, light ────────────────────┼─▶ CpuBackend::frame ──▶ Drawing ──▶ Raster
+//! depth prepass ──────────────────┘      tone → select → hide → dots
+//! ```
+//!
+//! Everything here is a pure function of its inputs: the same scene gives the same bytes on any number of threads.
+
+mod backend;
+mod bands;
+mod depth;
+mod plan;
+mod raster;
+mod select;
+
+pub use backend::{CpuBackend, Frame, Subject};
+pub use depth::DepthBuffer;
+pub use plan::InkPlan;
+pub use raster::{Raster, Rasterizer};

@@ -1,0 +1,401 @@
+//! The `blue-noise` bake: one progressive, even order of points over a whole surface.
+//!
+//! Each point is the candidate farthest from all earlier points (farthest-point order, Eldar et al., "The farthest
+//! point strategy for progressive image sampling", 1997), so that every prefix is evenly spread and the distance at
+//! acceptance, the point's *radius*, falls along the order. Exact greedy selection is made parallel by local maxima:
+//! a candidate whose distance no other candidate within that distance exceeds would be chosen before anything that
+//! could change it.
+//!
+//! Steps. Distances fall by √2 from stage to stage. A stage draws fresh candidates uniform by area, keeps those at
+//! least the stage's last distance from all earlier points, and accepts local maxima in rounds. Stage `k`, its
+//! candidates and its ties depend on `k`, the seed and the surface alone, so a larger bake begins with the points of a
+//! smaller one, and a later refinement of a region finds the same points.
+//!
+//! Cost: about 11 candidates for each point at full regularity, each compared with the points around it; memory about
+//! 100 bytes a point at the last stage.
+
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use dotwork_drawing::hash::{hash2, unit};
+use rayon::prelude::*;
+
+use super::buckets::{BLOCK_CELLS, Grid, Site, Starts};
+use crate::stock::Baked;
+use crate::surface::{StageDraw, Surface};
+
+/// Distances fall by this factor from stage to stage.
+const STAGE_FACTOR: f64 = std::f64::consts::SQRT_2;
+
+/// Candidates for each square of the stage's last distance, over all of the surface. More give a more even order.
+const CANDIDATES: f64 = 3.4;
+
+/// Fewest candidates of a stage: small stages need more choice.
+const MIN_CANDIDATES: f64 = 2000.0;
+
+/// Distances beyond this multiple of the stage's first distance count as equal: cells can be that small.
+const CLAMP: f32 = 1.12;
+
+/// At regularity 0 a candidate's rank is its distance times a random factor down to this.
+const LOOSEST: f32 = 0.55;
+
+/// Most stages: distances then have fallen by 2³⁰.
+const MAX_STAGES: u32 = 60;
+
+/// Most stipples a bake makes.
+pub const MAX_STIPPLES: usize = 50_000_000;
+
+/// What a bake is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BakeSettings {
+    /// Number of stipples; the bake has exactly this many unless the surface is degenerate.
+    pub stipples: usize,
+    /// 0 looser and hand-like … 1 as even as possible.
+    pub regularity: f32,
+    /// Seed of every random choice.
+    pub seed: u32,
+}
+
+impl Default for BakeSettings {
+    fn default() -> Self {
+        BakeSettings { stipples: 100_000, regularity: 1.0, seed: 0 }
+    }
+}
+
+/// A candidate that may still be accepted.
+#[derive(Clone, Copy)]
+struct Candidate {
+    site: Site,
+    /// Squared distance to the nearest point so far, as ordered bits.
+    d2: f32,
+    index: u32,
+    element: u32,
+}
+
+/// The points accepted so far, in structure-of-arrays form.
+#[derive(Default)]
+struct Accepted {
+    site: Vec<Site>,
+    radius: Vec<f32>,
+    /// Stage in the high word, candidate in the low one.
+    id: Vec<u64>,
+    element: Vec<u32>,
+}
+
+impl Accepted {
+    fn truncate(&mut self, n: usize) {
+        self.site.truncate(n);
+        self.radius.truncate(n);
+        self.id.truncate(n);
+        self.element.truncate(n);
+    }
+}
+
+/// Rank factors of candidates: 1 at full regularity.
+#[derive(Clone, Copy)]
+struct Looseness {
+    spread: f32,
+    seed: u32,
+}
+
+impl Looseness {
+    /// Factor on the squared distance of candidate `index`.
+    #[inline(always)]
+    fn weight(&self, index: u32) -> f32 {
+        if self.spread == 0.0 {
+            return 1.0;
+        }
+        let u = 1.0 - self.spread * unit(hash2(index, self.seed));
+        u * u
+    }
+}
+
+/// The stage's numbers.
+struct Stage {
+    number: u32,
+    draw: StageDraw,
+    /// Last distance.
+    t1: f32,
+    grid: Grid,
+    looseness: Looseness,
+    /// Distances are compared up to this.
+    reach: f32,
+}
+
+impl Stage {
+    fn new(surface: &impl Surface, settings: &BakeSettings, number: u32, earlier: usize) -> Stage {
+        let area = surface.area();
+        let t0 = (area / 2.0).sqrt() / STAGE_FACTOR.powi(number as i32);
+        let t1 = t0 / STAGE_FACTOR;
+        let count = (CANDIDATES * area / (t1 * t1)).max(MIN_CANDIDATES).min(f64::from(u32::MAX / 2)) as u32;
+        let spread = (1.0 - LOOSEST) * (1.0 - settings.regularity.clamp(0.0, 1.0));
+        let reach = CLAMP * t0 as f32 / (1.0 - spread);
+        Stage {
+            number,
+            draw: StageDraw { count, seed: hash2(number, settings.seed) },
+            t1: t1 as f32,
+            grid: Grid::new(surface.min_corner(), reach, earlier),
+            looseness: Looseness { spread, seed: hash2(number, !settings.seed) },
+            reach,
+        }
+    }
+}
+
+/// Bakes `settings.stipples` points on `surface` in blue-noise order.
+///
+/// The result is the same for any number of threads. `progress` is called with a share 0…1 of the points and may be
+/// called from the calling thread only.
+pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress: impl FnMut(f32)) -> Baked {
+    let wanted = settings.stipples.min(MAX_STIPPLES);
+    let mut points = Accepted::default();
+    let mut number = 0;
+    while number < MAX_STAGES {
+        let stage = Stage::new(surface, settings, number, points.site.len());
+        // Later stages accept distances up to this one, so all points above it are known after this stage.
+        let complete = stage.reach / STAGE_FACTOR as f32;
+        let end = predict_end(&points.radius, wanted).filter(|&end| end >= complete);
+        let before = points.site.len();
+        run_stage(surface, &stage, end.unwrap_or(0.0).max(stage.t1), &mut points);
+        number += 1;
+        if let Some(end) = end {
+            if points.radius.iter().filter(|&&r| r >= end).count() >= wanted {
+                break;
+            }
+            // The prediction fell short, which the count's ripple makes rare: run the stage to its own end.
+            points.truncate(before);
+            run_stage(surface, &stage, stage.t1, &mut points);
+        }
+        if points.radius.iter().filter(|&&r| r >= complete).count() >= wanted {
+            break;
+        }
+        progress((points.site.len() as f32 / wanted as f32).min(1.0));
+    }
+    finish(surface, settings, points, wanted)
+}
+
+/// The distance at which `wanted` points will have been accepted, a little low; `None` while that is stages away.
+///
+/// The number of points at distance `d` is self-similar: half as many at `√2 d`, to within a fraction of a percent.
+fn predict_end(radii: &[f32], wanted: usize) -> Option<f32> {
+    let half = wanted / 2;
+    if half < 500 || radii.len() <= half {
+        return None;
+    }
+    let mut radii = radii.to_vec();
+    let (_, &mut r, _) = radii.select_nth_unstable_by(half, |a, b| b.total_cmp(a));
+    Some(0.99 * r / STAGE_FACTOR as f32)
+}
+
+/// Accepts this stage's points down to distance `end`.
+fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accepted) {
+    let tt=std::time::Instant::now(); let candidates = draw_candidates(surface, stage, end, points); let ta=tt.elapsed();
+    let grid = Grid::new(surface.min_corner(), stage.reach, candidates.len());
+    let buckets: Vec<u32> = candidates.par_iter().map(|c| grid.bucket(grid.cell(c.site.position))).collect();
+    let (starts, places) = Starts::sort(&grid, &buckets);
+    let mut sorted = candidates.clone();
+    for (c, &at) in candidates.iter().zip(&places) {
+        sorted[at as usize] = *c;
+    }
+    drop((candidates, places));
+    let d2: Vec<AtomicU32> = sorted.par_iter().map(|c| AtomicU32::new(c.d2.to_bits())).collect();
+    let mut live = buckets;
+    live.par_sort_unstable();
+    live.dedup();
+
+    let tb=tt.elapsed(); let mut looks=0; let mut rounds=0;
+    let search = Search { stage, grid: &grid, starts: &starts, candidates: &sorted, d2: &d2, end2: end * end };
+    while !live.is_empty() {
+        looks+=live.len(); rounds+=1;
+        // Read: which candidates are local maxima, and which buckets are still alive?
+        let found: Vec<(Vec<u32>, Vec<u32>)> = live
+            .par_chunks(1024)
+            .map(|chunk| {
+                let (mut accepted, mut alive) = (Vec::new(), Vec::with_capacity(chunk.len()));
+                for &bucket in chunk {
+                    if let Some(champion) = search.champion(bucket) {
+                        alive.push(bucket);
+                        if search.is_local_maximum(champion) {
+                            accepted.push(champion as u32);
+                        }
+                    }
+                }
+                (accepted, alive)
+            })
+            .collect();
+        for (accepted, _) in &found {
+            for &a in accepted {
+                let c = &sorted[a as usize];
+                points.site.push(c.site);
+                points.radius.push(f32::from_bits(d2[a as usize].load(Relaxed)).sqrt());
+                points.id.push(u64::from(stage.number) << 32 | u64::from(c.index));
+                points.element.push(c.element);
+            }
+        }
+        // Write: the accepted points come nearer to the candidates around them.
+        found.par_iter().for_each(|(accepted, _)| accepted.iter().for_each(|&a| search.lower_around(a as usize)));
+        live.clear();
+        live.extend(found.iter().flat_map(|(_, alive)| alive));
+    }
+    if std::env::var("TT").is_ok() { eprintln!("M {} kept {} N {} draw {:?} sort {:?} rounds {} looks {looks} {:?}", stage.draw.count, sorted.len(), points.site.len(), ta, tb-ta, rounds, tt.elapsed()-tb); }
+}
+
+/// Draws the stage's candidates and keeps those at least `end` away from all earlier points, with their distance.
+fn draw_candidates(surface: &impl Surface, stage: &Stage, end: f32, points: &Accepted) -> Vec<Candidate> {
+    let grid = &stage.grid;
+    let buckets: Vec<u32> = points.site.par_iter().map(|s| grid.bucket(grid.cell(s.position))).collect();
+    let (starts, places) = Starts::sort(grid, &buckets);
+    let mut sorted = points.site.clone();
+    for (s, &at) in points.site.iter().zip(&places) {
+        sorted[at as usize] = *s;
+    }
+    let reach2 = stage.reach * stage.reach;
+    let end2 = end * end;
+    const CHUNK: u32 = 1 << 14;
+    let chunks: Vec<Vec<Candidate>> = (0..stage.draw.count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let mut kept = Vec::with_capacity(CHUNK as usize / 3);
+            // Candidates follow each other in space along a winding path: the points around the cells met lately are
+            // kept at hand, one cell for each place inside a block.
+            let mut near: [(Vec<Site>, [i32; 3]); BLOCK_CELLS as usize] =
+                std::array::from_fn(|_| (Vec::new(), [i32::MIN; 3]));
+            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(stage.draw.count);
+            surface.visit(stage.draw, range, &mut |index, place| {
+                let site = Site::new(place.position, place.normal);
+                let cell = grid.cell(site.position);
+                let (near, near_cell) = &mut near[Grid::inside(cell) as usize];
+                if cell != *near_cell {
+                    *near_cell = cell; 
+                    near.clear();
+                    starts.around(grid, cell, |run| {
+                        near.extend_from_slice(&sorted[run]);
+                        true
+                    });
+                }
+                let threshold = end2 / stage.looseness.weight(index);
+                let mut d2 = reach2;
+                for s in near.iter() {
+                    let d = s.distance_squared(site.position);
+                    if d < d2 && s.compatible(site.normal) {
+                        d2 = d;
+                        if d2 < threshold {
+                            return;
+                        }
+                    }
+                }
+                kept.push(Candidate { site, d2, index, element: place.element });
+            });
+            kept
+        })
+        .collect();
+    let mut all = Vec::with_capacity(chunks.iter().map(Vec::len).sum());
+    for chunk in chunks {
+        all.extend_from_slice(&chunk);
+    }
+    all
+}
+
+/// The candidates of a stage in bucket order, with the distances that the rounds lower.
+struct Search<'a> {
+    stage: &'a Stage,
+    grid: &'a Grid,
+    starts: &'a Starts,
+    candidates: &'a [Candidate],
+    d2: &'a [AtomicU32],
+    /// Candidates ranking below this (a squared distance) are not accepted in this stage.
+    end2: f32,
+}
+
+impl Search<'_> {
+    /// What a candidate is ranked by: its squared distance times its looseness, then a hash of the candidate.
+    #[inline(always)]
+    fn key(&self, i: usize) -> f32 {
+        let d2 = f32::from_bits(self.d2[i].load(Relaxed));
+        d2 * self.stage.looseness.weight(self.candidates[i].index)
+    }
+
+    #[inline(always)]
+    fn tie(&self, i: usize) -> u32 {
+        hash2(self.candidates[i].index, self.stage.draw.seed)
+    }
+
+    /// The highest-ranking candidate of a bucket that may still be accepted.
+    fn champion(&self, bucket: u32) -> Option<usize> {
+        let mut best = None;
+        let mut best_key = self.end2;
+        for i in self.starts.bucket(bucket) {
+            let key = self.key(i);
+            if key > best_key || (key == best_key && best.is_none_or(|b| self.tie(i) > self.tie(b))) {
+                (best, best_key) = (Some(i), key);
+            }
+        }
+        best
+    }
+
+    /// True if no candidate within `i`'s distance ranks higher.
+    fn is_local_maximum(&self, i: usize) -> bool {
+        let key = self.key(i);
+        let d2 = f32::from_bits(self.d2[i].load(Relaxed));
+        let Site { position, normal } = self.candidates[i].site;
+        self.starts.around(self.grid, self.grid.cell(position), |run| {
+            for j in run {
+                let other = self.key(j);
+                if other >= key
+                    && self.candidates[j].site.distance_squared(position) < d2
+                    && (other > key || self.tie(j) > self.tie(i))
+                    && self.candidates[j].site.compatible(normal)
+                {
+                    return false;
+                }
+            }
+            true
+        })
+    }
+
+    /// Lowers the distances of the candidates around the accepted candidate `i`, and its own to zero.
+    fn lower_around(&self, i: usize) {
+        let Site { position, normal } = self.candidates[i].site;
+        self.starts.around(self.grid, self.grid.cell(position), |run| {
+            for j in run {
+                let d = self.candidates[j].site.distance_squared(position);
+                // Distances are not negative: their bits are ordered as they are.
+                if d.to_bits() < self.d2[j].load(Relaxed) && self.candidates[j].site.compatible(normal) {
+                    self.d2[j].fetch_min(d.to_bits(), Relaxed);
+                }
+            }
+            true
+        });
+    }
+}
+
+/// Sorts the points into their order and cuts it to length.
+fn finish(surface: &impl Surface, settings: &BakeSettings, points: Accepted, wanted: usize) -> Baked {
+    // Radius descending, then stage, then a hash: nothing depends on array places.
+    let mut keyed: Vec<(u64, u64, u32)> = points
+        .id
+        .par_iter()
+        .zip(&points.radius)
+        .enumerate()
+        .map(|(i, (&id, &radius))| {
+            let stage = id >> 32;
+            let falling = u64::from(!radius.to_bits());
+            (falling << 32 | stage, u64::from(hash2(id as u32, settings.seed)) << 32 | (id & 0xffff_ffff), i as u32)
+        })
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.truncate(wanted);
+    let pick = |k: &(u64, u64, u32)| k.2 as usize;
+    let draws: Vec<StageDraw> = (0..MAX_STAGES).map(|n| Stage::new(surface, settings, n, 0).draw).collect();
+    Baked {
+        radius: keyed.par_iter().map(|k| points.radius[pick(k)]).collect(),
+        id: keyed.par_iter().map(|k| points.id[pick(k)]).collect(),
+        element: keyed.par_iter().map(|k| points.element[pick(k)]).collect(),
+        weights: keyed
+            .par_iter()
+            .map(|k| {
+                let id = points.id[pick(k)];
+                surface.weights(draws[(id >> 32) as usize], id as u32, points.element[pick(k)])
+            })
+            .collect(),
+        area: surface.area(),
+    }
+}

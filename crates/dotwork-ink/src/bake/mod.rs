@@ -1,0 +1,6 @@
+//! Bakes: who makes the order of the stipples.
+
+mod blue_noise;
+mod buckets;
+
+pub use blue_noise::{BakeSettings, blue_noise};

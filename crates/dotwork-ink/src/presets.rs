@@ -1,0 +1,102 @@
+//! The presets: styles with a name and a one-line reason.
+
+use dotwork_drawing::{Color, Length};
+
+use crate::params::{Inked, Style};
+
+/// A named style.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Name, as in `--style NAME`.
+    pub name: &'static str,
+    /// What it is for, in one line.
+    pub summary: &'static str,
+    make: fn() -> Style,
+}
+
+impl Preset {
+    /// The style.
+    pub fn style(&self) -> Style {
+        (self.make)()
+    }
+}
+
+/// All presets, the default first.
+pub const PRESETS: &[Preset] = &[
+    Preset { name: "soft", summary: "Even shading from a soft light: the scientific plate. The default.", make: Style::default },
+    Preset { name: "hard", summary: "Strong light and deep shadow: relief, texture, stone.", make: hard },
+    Preset { name: "high-key", summary: "Mostly bare paper, fine dots: delicate forms and labels drawn over them.", make: high_key },
+    Preset { name: "night", summary: "White dots on black, with a lit rim.", make: night },
+    Preset { name: "engraving", summary: "Very fine dots and full tones: close to a mezzotint.", make: engraving },
+    Preset { name: "sepia", summary: "Warm brown ink on cream paper, a looser hand.", make: sepia },
+    Preset { name: "flat", summary: "For measuring: one uniform tone (--set tone=0.3), every other factor off.", make: flat },
+    Preset { name: "lambert", summary: "For measuring: tone * (1 - max(0, n.L)) and nothing else.", make: lambert },
+];
+
+/// The style of a preset.
+pub fn preset(name: &str) -> Option<Style> {
+    PRESETS.iter().find(|p| p.name == name).map(Preset::style)
+}
+
+fn hard() -> Style {
+    Style {
+        base: 0.0,
+        light: 0.95,
+        gamma: 1.9,
+        silhouette: 0.25,
+        silhouette_power: 8.0,
+        highlight: 0.04,
+        dot_size: Length::percent(0.21),
+        ..Style::default()
+    }
+}
+
+fn high_key() -> Style {
+    Style {
+        base: 0.0,
+        light: 0.42,
+        wrap: 0.25,
+        gamma: 1.6,
+        silhouette: 0.5,
+        silhouette_power: 5.0,
+        highlight: 0.012,
+        dot_size: Length::percent(0.16),
+        ..Style::default()
+    }
+}
+
+fn night() -> Style {
+    Style {
+        inked: Inked::Light,
+        base: 0.012,
+        light: 0.85,
+        gamma: 1.5,
+        silhouette: 0.45,
+        silhouette_power: 4.0,
+        color: Color::WHITE,
+        paper: Color { r: 0x0b, g: 0x0c, b: 0x10 },
+        ..Style::default()
+    }
+}
+
+fn engraving() -> Style {
+    Style { base: 0.05, light: 0.85, gamma: 1.15, silhouette: 0.3, dot_size: Length::percent(0.13), ..Style::default() }
+}
+
+fn sepia() -> Style {
+    Style {
+        regularity: 0.4,
+        gamma: 1.5,
+        color: Color { r: 0x4a, g: 0x2c, b: 0x17 },
+        paper: Color { r: 0xf7, g: 0xf0, b: 0xe1 },
+        ..Style::default()
+    }
+}
+
+fn flat() -> Style {
+    Style { tone: 0.5, base: 1.0, light: 0.0, silhouette: 0.0, ..Style::default() }
+}
+
+fn lambert() -> Style {
+    Style { tone: 0.8, base: 0.0, light: 1.0, gamma: 1.0, silhouette: 0.0, ..Style::default() }
+}

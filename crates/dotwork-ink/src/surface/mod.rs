@@ -1,0 +1,50 @@
+//! What a bake asks of a surface: candidates, uniform by area, each a pure function of integers.
+
+mod mesh;
+
+pub use mesh::MeshSurface;
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+/// One stage of a bake: how many candidates it has and the seed of its random stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageDraw {
+    /// Number of candidates of the whole surface at this stage.
+    pub count: u32,
+    /// Seed of the stage's stream; differs from stage to stage.
+    pub seed: u32,
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Position, object units.
+    pub position: Vec3,
+    /// Unit normal of the facet or of the surface there, pointing outwards.
+    pub normal: Vec3,
+    /// The element (triangle, cell, surfel) that carries the place.
+    pub element: u32,
+}
+
+/// A surface that stipples can be baked on.
+///
+/// The contract: `visit` offers candidate `i` of `draw.count` at a place that depends only on the surface, on
+/// `draw` and on `i` — not on the range asked for, nor on threads — and all candidates together are uniform by area.
+/// `weights` gives the same place again from the candidate's index and the element that `visit` reported.
+/// Both are cheap, allocate nothing and are called from many threads.
+pub trait Surface: Sync {
+    /// Total area, object units squared; positive and finite.
+    fn area(&self) -> f64;
+
+    /// Smallest corner of the bounding box.
+    fn min_corner(&self) -> Vec3;
+
+    /// Calls `sink(index, place)` for every candidate in `range`, in order.
+    fn visit(&self, draw: StageDraw, range: Range<u32>, sink: &mut impl FnMut(u32, Place));
+
+    /// The barycentric coordinates (of the element's second and third vertex) of candidate `index`, which `visit`
+    /// placed on `element`.
+    fn weights(&self, draw: StageDraw, index: u32, element: u32) -> [f32; 2];
+}

@@ -1,0 +1,155 @@
+//! Tone: how much ink a place of the surface asks for, 0…1. It never sees pixels.
+//!
+//! The terms are summed, not multiplied: a product of the papers' factors is near 0 everywhere and needs a gain set
+//! by hand. What one summand darkens, another cannot undo.
+
+use crate::params::{Inked, Style};
+
+/// What the tone of a place depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lit {
+    /// Cosine between the smooth normal and the light.
+    pub n_dot_l: f32,
+    /// Cosine between the smooth normal and the eye, absolute value.
+    pub n_dot_e: f32,
+    /// Depth within the bounding sphere: 0 at its near, 1 at its far end.
+    pub z: f32,
+    /// Depth over the depth of the sphere's centre; 1 in parallel projection.
+    pub relative_depth: f32,
+    /// The place is seen from behind.
+    pub back: bool,
+}
+
+/// The tone of one style, with its powers tabulated.
+#[derive(Clone, Debug)]
+pub struct Tone {
+    /// `tone · base`
+    base: f32,
+    /// The light term against `n·L` from −1 to 1.
+    light: Table,
+    /// The silhouette term against `|n·E|` from 0 to 1.
+    silhouette: Table,
+    distance: f32,
+    depth_exponent: f32,
+    highlight: f32,
+    max: f32,
+    back: f32,
+}
+
+impl Tone {
+    /// The tone of a style.
+    pub fn new(style: &Style) -> Tone {
+        let light = |n_dot_l: f32| {
+            let lit = ((n_dot_l + style.wrap) / (1.0 + style.wrap)).clamp(0.0, 1.0);
+            let side = match style.inked {
+                Inked::Shade => 1.0 - lit,
+                Inked::Light => lit,
+            };
+            style.tone * style.light * side.powf(style.gamma)
+        };
+        let silhouette = |n_dot_e: f32| style.tone * style.silhouette * (1.0 - n_dot_e).powf(style.silhouette_power);
+        Tone {
+            base: style.tone * style.base,
+            light: Table::new(|u| light(2.0 * u - 1.0)),
+            silhouette: Table::new(silhouette),
+            distance: style.distance,
+            depth_exponent: 2.0 * (1.0 - style.resolution),
+            highlight: style.highlight,
+            max: if style.solid { 1.0 } else { style.shadow },
+            back: style.back,
+        }
+    }
+
+    /// The ink that a place asks for, 0…1.
+    #[inline(always)]
+    pub fn ink(&self, lit: &Lit) -> f32 {
+        let mut ink =
+            self.base + self.light.at(0.5 * lit.n_dot_l + 0.5) + self.silhouette.at(lit.n_dot_e);
+        if lit.back {
+            ink += self.back;
+        }
+        if self.distance != 0.0 {
+            ink *= 1.0 - self.distance * if self.distance > 0.0 { lit.z } else { lit.z - 1.0 };
+        }
+        if self.depth_exponent != 0.0 {
+            ink *= lit.relative_depth.powf(self.depth_exponent);
+        }
+        if self.highlight > 0.0 {
+            ink = (ink - self.highlight) / (1.0 - self.highlight);
+        }
+        ink.clamp(0.0, self.max)
+    }
+}
+
+/// A function on [0, 1] as 256 linear pieces.
+#[derive(Clone, Debug)]
+struct Table(Vec<f32>);
+
+impl Table {
+    const PIECES: usize = 256;
+
+    fn new(f: impl Fn(f32) -> f32) -> Table {
+        Table((0..=Self::PIECES + 1).map(|i| f((i as f32 / Self::PIECES as f32).min(1.0))).collect())
+    }
+
+    #[inline(always)]
+    fn at(&self, u: f32) -> f32 {
+        let x = u.clamp(0.0, 1.0) * Self::PIECES as f32;
+        let i = x as usize;
+        let t = x - i as f32;
+        self.0[i] + (self.0[i + 1] - self.0[i]) * t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::presets::preset;
+
+    fn lit(n_dot_l: f32, n_dot_e: f32) -> Lit {
+        Lit { n_dot_l, n_dot_e, z: 0.5, relative_depth: 1.0, back: false }
+    }
+
+    #[test]
+    fn flat_is_flat_and_lambert_is_lambert() {
+        let mut style = preset("flat").unwrap();
+        style.tone = 0.3;
+        let tone = Tone::new(&style);
+        for (l, e) in [(-1.0, 0.1), (0.0, 0.5), (1.0, 1.0)] {
+            assert!((tone.ink(&lit(l, e)) - 0.3).abs() < 1e-6);
+        }
+        let mut style = preset("lambert").unwrap();
+        style.tone = 0.8;
+        let tone = Tone::new(&style);
+        for (l, ink) in [(-0.5, 0.8), (0.0, 0.8), (0.25, 0.6), (1.0, 0.0)] {
+            assert!((tone.ink(&lit(l, 0.3)) - ink).abs() < 1e-5, "{l}");
+        }
+    }
+
+    #[test]
+    fn distance_and_resolution_act_on_depth() {
+        let mut style = preset("flat").unwrap();
+        style.tone = 0.4;
+        style.distance = 0.5;
+        let at = |style: &Style, z: f32, depth: f32| {
+            Tone::new(style).ink(&Lit { n_dot_l: 0.0, n_dot_e: 1.0, z, relative_depth: depth, back: false })
+        };
+        assert!((at(&style, 0.0, 1.0) - 0.4).abs() < 1e-6 && (at(&style, 1.0, 1.0) - 0.2).abs() < 1e-6);
+        style.distance = -0.5;
+        assert!((at(&style, 1.0, 1.0) - 0.4).abs() < 1e-6 && (at(&style, 0.0, 1.0) - 0.2).abs() < 1e-6);
+        style.distance = 0.0;
+        style.resolution = 0.0;
+        assert!((at(&style, 0.5, 1.2) - 0.4 * 1.44).abs() < 1e-4);
+    }
+
+    #[test]
+    fn ink_stays_in_range() {
+        let mut style = Style { base: 1.0, light: 1.0, silhouette: 1.0, ..Style::default() };
+        assert_eq!(Tone::new(&style).ink(&lit(-1.0, 0.0)), 0.95);
+        style.solid = true;
+        assert_eq!(Tone::new(&style).ink(&lit(-1.0, 0.0)), 1.0);
+        style.highlight = 0.5;
+        style.base = 0.0;
+        assert_eq!(Tone::new(&style).ink(&lit(1.0, 1.0)), 0.0);
+    }
+}

@@ -1,0 +1,162 @@
+//! The CPU backend: the readable reference that every other backend is compared with.
+
+use dotwork_drawing::{Dots, Drawing, Layer, Page, View};
+use dotwork_ink::{Stock, Style, Visibility};
+use dotwork_mesh::Mesh;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::depth::DepthBuffer;
+use crate::plan::InkPlan;
+use crate::select::{Selector, two_sided};
+
+/// Stipples a chunk looks at: enough to be worth a task, few enough to share.
+const CHUNK: usize = 4096;
+
+/// Stipples that stand for the whole when a frame is judged: the stock's order makes any first part even.
+const SAMPLE: usize = 16_384;
+
+/// Bits of an id that belong to the stipple; the object's number stands above.
+const STIPPLE_BITS: u32 = 38;
+
+/// One object of a frame.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its surface, which also hides.
+    pub mesh: &'a Mesh,
+    /// Its stipples.
+    pub stock: &'a Stock,
+    /// Its style.
+    pub style: &'a Style,
+    /// The tables made from stock, style and page.
+    pub plan: &'a InkPlan,
+}
+
+/// What a frame looks at.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// The objects; at most 32,768.
+    pub subjects: &'a [Subject<'a>],
+    /// The view.
+    pub view: &'a View,
+    /// Unit vector towards the light, object space.
+    pub light: Vec3,
+    /// The page.
+    pub page: &'a Page,
+}
+
+/// Draws frames on the CPU. Memory is kept from frame to frame: after the first frame of a scene nothing is allocated
+/// while the number of dots does not grow.
+#[derive(Default)]
+pub struct CpuBackend {
+    depth: DepthBuffer,
+    chunks: Vec<Dots>,
+}
+
+impl CpuBackend {
+    /// A backend with nothing drawn yet.
+    pub fn new() -> CpuBackend {
+        CpuBackend::default()
+    }
+
+    /// Draws a frame into `drawing`, whose layers become one for each subject.
+    pub fn frame(&mut self, frame: &Frame, drawing: &mut Drawing) {
+        self.prepass(frame);
+        drawing.page = *frame.page;
+        drawing.layers.truncate(frame.subjects.len());
+        for (k, subject) in frame.subjects.iter().enumerate() {
+            let selector = self.selector(frame, k);
+            // Stipples that appear at densities no place can ask for need not be looked at.
+            let densest = selector.densest();
+            let end = subject.plan.appears.partition_point(|&d| d <= densest);
+            let count = end.div_ceil(CHUNK);
+            let mut chunks = std::mem::take(&mut self.chunks);
+            if chunks.len() < count {
+                chunks.resize_with(count, Dots::default);
+            }
+            let selector = self.selector(frame, k);
+            chunks[..count].par_iter_mut().enumerate().for_each(|(c, dots)| {
+                dots.clear();
+                selector.select(c * CHUNK..((c + 1) * CHUNK).min(end), dots);
+            });
+            if drawing.layers.len() <= k {
+                let dots = Dots::default();
+                drawing.layers.push(Layer { object: subject.name.to_string(), color: subject.style.color, dots });
+            }
+            let layer = &mut drawing.layers[k];
+            if layer.object != subject.name {
+                layer.object = subject.name.to_string();
+            }
+            layer.color = subject.style.color;
+            layer.dots.clear();
+            chunks[..count].iter().for_each(|dots| layer.dots.extend_from(dots));
+            self.chunks = chunks;
+        }
+    }
+
+    /// The share of the page area covered by the frame's objects whose tone the stock is too sparse for, 0…1.
+    ///
+    /// Call it after [`CpuBackend::frame`] with the same frame.
+    pub fn exhausted(&self, frame: &Frame) -> f64 {
+        let (mut lacking, mut all) = (0.0, 0.0);
+        for (k, subject) in frame.subjects.iter().enumerate() {
+            let selector = self.selector(frame, k);
+            // The table ends where every stipple has arrived; 3 % less ink is not seen.
+            let enough = subject.plan.table.max_density() * 1.03;
+            let part = (0..subject.stock.len().min(SAMPLE))
+                .into_par_iter()
+                .filter_map(|i| selector.see(i).filter(|s| !selector.hidden(s)))
+                .map(|seen| {
+                    let weight = selector.page_weight(&seen);
+                    (if f64::from(selector.demand(&seen).0) > enough { weight } else { 0.0 }, weight)
+                })
+                .collect::<Vec<_>>();
+            // Areas of objects compare by the area a stipple stands for.
+            let each = subject.stock.baked.area / subject.stock.len().clamp(1, SAMPLE) as f64;
+            lacking += part.iter().map(|p| p.0).sum::<f64>() * each;
+            all += part.iter().map(|p| p.1).sum::<f64>() * each;
+        }
+        if all > 0.0 { lacking / all } else { 0.0 }
+    }
+
+    /// The number of stipples that a subject's stock needs for this frame, judged from the stock it has: all but a
+    /// thousandth of its visible page area then finds the dots its tone asks for.
+    pub fn stipples_needed(&mut self, frame: &Frame, subject: usize) -> usize {
+        self.prepass(frame);
+        let selector = self.selector(frame, subject);
+        let Subject { stock, plan, .. } = frame.subjects[subject];
+        let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
+            .into_par_iter()
+            .filter_map(|i| selector.see(i).filter(|s| !selector.hidden(s)))
+            .map(|seen| (f64::from(selector.demand(&seen).0), selector.page_weight(&seen)))
+            .collect();
+        demands.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let all: f64 = demands.iter().map(|d| d.1).sum();
+        let mut passed = 0.0;
+        let densest = demands.iter().find(|d| {
+            passed += d.1;
+            passed >= 0.001 * all
+        });
+        // A stock's own last dots arrive over the width of the fade: that much is kept in hand.
+        let late = f64::from(1.0 + plan.arrival.width);
+        densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize)
+    }
+
+    fn prepass(&mut self, frame: &Frame) {
+        self.depth.clear(frame.page.width, frame.page.height);
+        for subject in frame.subjects {
+            if subject.style.visibility == Visibility::Solid {
+                let culled = subject.mesh.closed && !two_sided(subject.style, true);
+                self.depth.draw(subject.mesh, frame.view, culled);
+            }
+        }
+    }
+
+    fn selector<'a>(&'a self, frame: &'a Frame, k: usize) -> Selector<'a> {
+        let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];
+        let id_base = (k as u64) << STIPPLE_BITS;
+        Selector::new(stock, plan, style, mesh.closed, frame.view, frame.page, frame.light, &self.depth, id_base)
+    }
+}

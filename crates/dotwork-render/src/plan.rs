@@ -1,0 +1,64 @@
+//! What a style, a page and a stock have in common, worked out once and used by every frame.
+
+use dotwork_drawing::Page;
+use dotwork_ink::{Arrival, Coverage, DensityTable, Stock, Style, Tone};
+use rayon::prelude::*;
+
+/// The tables that turn a place's tone into a decision, for one stock, style and page.
+pub struct InkPlan {
+    pub(crate) tone: Tone,
+    pub(crate) coverage: Coverage,
+    pub(crate) table: DensityTable,
+    pub(crate) arrival: Arrival,
+    /// Density at which each stipple is drawn first, per object unit squared; rises along the stock.
+    pub(crate) appears: Vec<f32>,
+    /// Radius of a dot that faces the eye, pixels.
+    pub(crate) dot_radius: f32,
+    /// `c ↦ c^foreshorten` for c = 0…1.
+    foreshortening: Vec<f32>,
+    pub(crate) grow: f32,
+}
+
+const FORESHORTENING_STEPS: usize = 1024;
+
+impl InkPlan {
+    /// Works out the tables.
+    pub fn new(stock: &Stock, style: &Style, page: &Page) -> InkPlan {
+        let arrival = Arrival::of(style);
+        let table = DensityTable::new(&stock.baked, arrival);
+        let late = if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
+        // A hair early: the exact test follows.
+        let appears = stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect();
+        InkPlan {
+            tone: Tone::new(style),
+            coverage: Coverage::new(style),
+            table,
+            arrival,
+            appears,
+            dot_radius: 0.5 * style.dot_size.to_px(page),
+            foreshortening: (0..=FORESHORTENING_STEPS + 1)
+                .map(|i| (i as f32 / FORESHORTENING_STEPS as f32).min(1.0).powf(style.foreshorten))
+                .collect(),
+            grow: style.grow,
+        }
+    }
+
+    /// The dot's radius in pixels at cosine `c`.
+    #[inline(always)]
+    pub(crate) fn radius(&self, c: f32) -> f32 {
+        let x = c.clamp(0.0, 1.0) * FORESHORTENING_STEPS as f32;
+        let i = x as usize;
+        let (a, b) = (self.foreshortening[i], self.foreshortening[i + 1]);
+        self.dot_radius * (a + (b - a) * (x - i as f32))
+    }
+
+    /// What a tone asks for at cosine `c` (of the facet) with dots of radius `r` pixels: the density on the surface
+    /// in dots per pixel squared (of a surface that faces the eye), and the factor by which dots grow.
+    #[inline(always)]
+    pub(crate) fn demand(&self, ink: f32, c: f32, r: f32) -> (f32, f32) {
+        let x = self.coverage.area(ink, c);
+        let (x, growth) =
+            if self.grow > 0.0 && x > self.grow { (self.grow, (x / self.grow).sqrt()) } else { (x, 1.0) };
+        (x * c / (std::f32::consts::PI * r * r), growth)
+    }
+}
