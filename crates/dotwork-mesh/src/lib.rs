@@ -2,8 +2,29 @@
 //!
 //! A reader fills a [`RawMesh`]; [`Mesh::build`] cleans it (welding, degenerate and duplicate triangles, unused
 //! vertices, winding), finds its topology and its normals, and says in [`dotwork_drawing::Warnings`] what it changed.
+//! [`Topology`] answers who neighbours whom; [`shapes`] makes analytic shapes for tests and the demos.
 //! This crate knows nothing of ink, files or devices.
+//!
+//! ```
+//! use dotwork_drawing::Warnings;
+//! use dotwork_mesh::{Mesh, MeshOptions, shapes};
+//!
+//! let mut warnings = Warnings::new();
+//! let mesh = Mesh::build(shapes::sphere(4), &MeshOptions::default(), &mut warnings)?;
+//! assert!(mesh.closed && warnings.is_empty());
+//! assert!((mesh.area() / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.01);
+//! # Ok::<(), dotwork_mesh::MeshError>(())
+//! ```
 
+mod clean;
+mod geometry;
+mod measure;
 mod mesh;
+mod normals;
+pub mod shapes;
+pub mod topology;
+mod winding;
 
+pub use measure::{Bounds, MeshStats};
 pub use mesh::{Mesh, MeshError, MeshOptions, RawMesh};
+pub use topology::Topology;

@@ -1,6 +1,10 @@
-//! The mesh type.
+//! The mesh type, and the order of work that makes it from what a reader found.
 
+use dotwork_drawing::Warnings;
 use glam::Vec3;
+use thiserror::Error;
+
+use crate::{Topology, clean, normals, winding};
 
 /// Vertices and triangles as a file gives them, before any cleaning.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,6 +52,99 @@ pub struct Mesh {
     pub closed: bool,
 }
 
-/// Why a mesh cannot be used.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MeshError {}
+/// Why a mesh cannot be used. Each text reads well after the name of the file and a colon.
+///
+/// Vertices and triangles are numbered from 0, as in the [`RawMesh`].
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// There is nothing to draw on: a point cloud, or an empty file.
+    #[error("no triangles")]
+    NoTriangles,
+    /// Indices of corners and edges are 32-bit numbers.
+    #[error("{triangles} triangles are more than the {limit} that a mesh can hold")]
+    TooManyTriangles {
+        /// Triangles found.
+        triangles: usize,
+        /// The most that fit.
+        limit: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error(
+        "triangle {triangle} refers to vertex {vertex}, but there are {vertices} vertices (counted from 0)"
+    )]
+    IndexOutOfRange {
+        /// The first such triangle.
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// Vertices in the file.
+        vertices: usize,
+    },
+    /// A vertex that a triangle uses has a coordinate that is infinite or no number.
+    #[error("vertex {vertex}, used by triangle {triangle}, has a coordinate that is not a finite number")]
+    NotFinite {
+        /// The vertex.
+        vertex: u32,
+        /// The first triangle with such a vertex.
+        triangle: usize,
+    },
+    /// Nothing is left once degenerate triangles are gone.
+    #[error("the surface has no area: all triangles ({triangles}) are degenerate")]
+    NoArea {
+        /// Triangles in the file.
+        triangles: usize,
+    },
+    /// Squares of lengths would overflow or vanish in single precision.
+    #[error("the surface measures {extent:e} units across; sizes from {min:e} to {max:e} can be drawn")]
+    Size {
+        /// The largest absolute coordinate if that is too large, otherwise the longest side of the bounding box.
+        extent: f32,
+        /// The smallest size that can be drawn.
+        min: f32,
+        /// The largest size that can be drawn.
+        max: f32,
+    },
+}
+
+impl Mesh {
+    /// Puts a raw mesh in order:
+    ///
+    /// 1. indices and coordinates are checked;
+    /// 2. vertices with bit-identical positions become one (`options.weld`; −0 equals 0);
+    /// 3. triangles without area (a corner twice, or a height under 10⁻⁷ of the longest edge) and repeated
+    ///    triangles (the same three vertices in any order) are dropped, then vertices that no triangle uses;
+    /// 4. neighbours are made to agree in winding, and surfaces that enclose something to face outwards;
+    /// 5. normals are the facet normals around a vertex weighted by the angle each face has there, split where faces
+    ///    meet at more than `options.crease_angle`.
+    ///
+    /// What remains keeps its order, so a clean mesh keeps its indices. Every change adds a warning.
+    ///
+    /// # Winding
+    ///
+    /// A component is what manifold edges connect. If its faces disagree, those with the smaller total area are
+    /// turned (a Möbius strip cannot agree: it stays open). A component *encloses* if it is closed, or if its holes
+    /// are small: the holes' vector area is at most a tenth of the area, and the volume about the centroid at least a
+    /// twentieth of that of the ball with the same area, which no open sheet reaches. An enclosing component with
+    /// negative volume is turned outwards, unless its bounding box lies inside that of another one: then it may be
+    /// the wall of a cavity, which rightly faces the other way, and it is turned only together with the component
+    /// around it. Other open components (sheets, cups, rooms seen from inside) stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`]; `warnings` then holds nothing new.
+    pub fn build(raw: RawMesh, options: &MeshOptions, warnings: &mut Warnings) -> Result<Mesh, MeshError> {
+        let origin = raw.origin;
+        let (positions, mut triangles) = clean::clean(raw, options.weld, warnings)?;
+        let mut topology = Topology::new(positions.len(), &triangles);
+        winding::orient(&positions, &mut triangles, &mut topology, warnings);
+        let closed = topology.is_closed();
+        let (normals, corner_normals) =
+            normals::normals(&positions, &triangles, &topology, options.crease_angle);
+        Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed })
+    }
+
+    /// The topology of the triangles, computed anew on each call.
+    pub fn topology(&self) -> Topology {
+        Topology::new(self.positions.len(), &self.triangles)
+    }
+}

@@ -1,0 +1,114 @@
+//! The artist draws scenes and remembers what one frame has in common with the next.
+
+use std::sync::Arc;
+
+use dotwork_drawing::{Color, Drawing, Page, View};
+use dotwork_ink::{Stock, Style};
+use dotwork_render::{CpuBackend, Frame, InkPlan, Subject};
+use glam::Vec3;
+
+use crate::scene::Scene;
+
+/// Draws baked scenes, frame after frame.
+#[derive(Default)]
+pub struct Artist {
+    backend: CpuBackend,
+    plans: Vec<Planned>,
+}
+
+/// A plan and what it was made from.
+struct Planned {
+    stock: Arc<Stock>,
+    style: Style,
+    page: Page,
+    plan: InkPlan,
+}
+
+/// A scene as one frame sees it.
+struct Seen<'a> {
+    subjects: Vec<Subject<'a>>,
+    view: View,
+    light: Vec3,
+    page: &'a Page,
+}
+
+impl Seen<'_> {
+    fn frame(&self) -> Frame<'_> {
+        Frame { subjects: &self.subjects, view: &self.view, light: self.light, page: self.page }
+    }
+}
+
+impl Artist {
+    /// An artist who has drawn nothing yet.
+    pub fn new() -> Artist {
+        Artist::default()
+    }
+
+    /// Draws a scene; objects that are not baked are left out.
+    pub fn draw(&mut self, scene: &Scene) -> Drawing {
+        let mut drawing = Drawing::new(scene.page, Color::WHITE);
+        self.draw_into(scene, &mut drawing);
+        drawing
+    }
+
+    /// Draws a scene into `drawing`, whose memory is used again.
+    pub fn draw_into(&mut self, scene: &Scene, drawing: &mut Drawing) {
+        // The paper is one for all: the first object's style knows it.
+        drawing.paper = scene.objects.first().map_or(Color::WHITE, |o| o.style.paper);
+        self.plan(scene);
+        let seen = see(scene, &self.plans);
+        self.backend.frame(&seen.frame(), drawing);
+    }
+
+    /// The share of the objects' page area, 0…1, whose tone the stock is too sparse for. Call it after
+    /// [`Artist::draw`] of the same scene.
+    pub fn exhausted(&mut self, scene: &Scene) -> f64 {
+        self.plan(scene);
+        self.backend.exhausted(&see(scene, &self.plans).frame())
+    }
+
+    /// How many stipples object `k` needs for this view, judged from the stock it has.
+    pub(crate) fn stipples_needed(&mut self, scene: &Scene, k: usize) -> usize {
+        self.plan(scene);
+        let seen = see(scene, &self.plans);
+        // Subjects are the baked objects in order.
+        let subject = scene.objects[..k].iter().filter(|o| o.stock.is_some()).count();
+        self.backend.stipples_needed(&seen.frame(), subject)
+    }
+
+    /// Makes the plans of all baked objects, keeping those that still hold.
+    fn plan(&mut self, scene: &Scene) {
+        let mut old = std::mem::take(&mut self.plans).into_iter();
+        for object in &scene.objects {
+            let Some(stock) = &object.stock else { continue };
+            let same = old.next().filter(|p| {
+                Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
+            });
+            self.plans.push(same.unwrap_or_else(|| Planned {
+                stock: stock.clone(),
+                style: object.style.clone(),
+                page: scene.page,
+                plan: InkPlan::new(stock, &object.style, &scene.page),
+            }));
+        }
+    }
+}
+
+fn see<'a>(scene: &'a Scene, plans: &'a [Planned]) -> Seen<'a> {
+    let view = scene.view();
+    let light = scene.light.direction(&view, scene.camera.up);
+    let subjects = scene
+        .objects
+        .iter()
+        .filter(|o| o.stock.is_some())
+        .zip(plans)
+        .map(|(object, planned)| Subject {
+            name: &object.name,
+            mesh: &object.mesh,
+            stock: &planned.stock,
+            style: &planned.style,
+            plan: &planned.plan,
+        })
+        .collect();
+    Seen { subjects, view, light, page: &scene.page }
+}

@@ -1,0 +1,137 @@
+//! The scene: what is drawn, from where, in what light and on what page.
+
+use std::sync::Arc;
+
+use dotwork_drawing::{Camera, Light, Page, View, Warnings};
+use dotwork_ink::{BakeSettings, MeshSurface, Stock, Style, blue_noise};
+use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
+use glam::Vec3;
+
+use crate::artist::Artist;
+
+/// Most stipples that [`Stipples::Auto`] bakes for one object.
+pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
+
+/// Stipples of the first, small bake that tells how many are needed.
+const PILOT_STIPPLES: usize = 16_384;
+
+/// How many stipples are baked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stipples {
+    /// As many as the darkest tone of this page and this view needs.
+    #[default]
+    Auto,
+    /// This many for each object.
+    Count(usize),
+}
+
+/// A surface with its style and, once baked, its stipples.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Its name, unique in the scene by convention.
+    pub name: String,
+    /// Its surface.
+    pub mesh: Arc<Mesh>,
+    /// How it is drawn.
+    pub style: Style,
+    /// Its stipples; `None` until baked.
+    pub stock: Option<Arc<Stock>>,
+}
+
+impl Object {
+    /// Puts a mesh in order and takes it as an object. What was changed is said in `warnings`.
+    ///
+    /// # Errors
+    /// See [`MeshError`]: no triangles, indices out of range, coordinates that are not numbers, no area.
+    pub fn new(name: impl Into<String>, raw: RawMesh, style: Style, warnings: &mut Warnings) -> Result<Object, MeshError> {
+        let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
+        let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
+        Ok(Object { name: name.into(), mesh, style, stock: None })
+    }
+
+    /// Bakes `count` stipples.
+    fn bake(&mut self, count: usize, seed: u32, progress: &mut dyn FnMut(f32)) {
+        let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
+        let baked = blue_noise(&MeshSurface::new(&self.mesh), &settings, progress);
+        self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
+    }
+}
+
+/// Everything a drawing depends on.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The objects, drawn in this order.
+    pub objects: Vec<Object>,
+    /// Where the eye stands.
+    pub camera: Camera,
+    /// Where the light comes from.
+    pub light: Light,
+    /// The page.
+    pub page: Page,
+    /// How many stipples are baked.
+    pub stipples: Stipples,
+    /// Seed of every random choice.
+    pub seed: u32,
+}
+
+impl Scene {
+    /// A scene with one object and everything else at its default.
+    pub fn of(object: Object) -> Scene {
+        Scene { objects: vec![object], ..Scene::default() }
+    }
+
+    /// Centre and radius of a sphere around all objects, object units.
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        let spheres: Vec<(Vec3, f32)> = self.objects.iter().map(|o| o.mesh.bounding_sphere()).collect();
+        match spheres[..] {
+            [] => (Vec3::ZERO, 1.0),
+            [one] => one,
+            _ => {
+                let low = spheres.iter().fold(Vec3::MAX, |m, (c, r)| m.min(*c - *r));
+                let high = spheres.iter().fold(Vec3::MIN, |m, (c, r)| m.max(*c + *r));
+                let center = 0.5 * (low + high);
+                (center, spheres.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f32::max))
+            }
+        }
+    }
+
+    /// The view of the camera on this scene and page.
+    pub fn view(&self) -> View {
+        let (center, radius) = self.bounding_sphere();
+        self.camera.view(center, radius, &self.page)
+    }
+
+    /// Bakes what has not been baked. `progress` is called with a share 0…1.
+    ///
+    /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are.
+    pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
+        let missing: Vec<usize> = (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
+        if missing.is_empty() {
+            return;
+        }
+        let counts: Vec<usize> = match self.stipples {
+            Stipples::Count(n) => missing.iter().map(|_| n).collect(),
+            Stipples::Auto => {
+                for &k in &missing {
+                    self.objects[k].bake(PILOT_STIPPLES, self.seed, &mut |_| ());
+                }
+                let mut artist = Artist::new();
+                missing.iter().map(|&k| artist.stipples_needed(self, k).clamp(PILOT_STIPPLES, MAX_AUTO_STIPPLES)).collect()
+            }
+        };
+        let whole = counts.iter().sum::<usize>().max(1) as f32;
+        let mut done = 0.0;
+        for (&k, &count) in missing.iter().zip(&counts) {
+            let share = count as f32 / whole;
+            self.objects[k].bake(count, self.seed, &mut |p| progress(done + share * p));
+            done += share;
+        }
+        progress(1.0);
+    }
+
+    /// Bakes what has not been baked and draws one picture. For more than one, keep an [`Artist`].
+    pub fn draw(&mut self) -> dotwork_drawing::Drawing {
+        self.bake(|_| ());
+        Artist::new().draw(self)
+    }
+}
