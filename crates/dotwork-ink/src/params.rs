@@ -236,15 +236,15 @@ style! {
     "Tone" {
         tone: f32 = 1.0, UNIT, "ink", "Factor on the whole tone; in style flat, the uniform tone itself.",
             "ink = tone * (base + light * shade^gamma + silhouette * (1 - |n.E|)^silhouette_power)";
-        base: f32 = 0.03, UNIT, "ink", "Ink that lies on every part of the form.", "the sum's first term";
-        light: f32 = 0.72, UNIT, "ink", "Ink of the parts that turn away from the light.",
+        base: f32 = 0.02, UNIT, "ink", "Ink that lies on every part of the form.", "the sum's first term";
+        light: f32 = 1.0, UNIT, "ink", "Ink of the parts that turn away from the light.",
             "the sum's second term; shade = 1 - max(0, (n.L + wrap) / (1 + wrap))";
         inked: Inked = Inked::Shade, Kind::Choice(Inked::WORDS), "",
             "Which side gets the ink: shade (dark ink on light paper) or light (light ink on dark paper).",
             "light inks 1 - shade instead of shade";
-        wrap: f32 = 0.0, UNIT, "", "Lets the light reach round the form: 0 stops at the terminator, 1 at the far side.",
+        wrap: f32 = 0.3, UNIT, "", "Lets the light reach round the form: 0 stops at the terminator, 1 at the far side.",
             "Lambert with wrap";
-        gamma: f32 = 1.3, Kind::Number { min: 0.1, max: 8.0 }, "",
+        gamma: f32 = 1.7, Kind::Number { min: 0.1, max: 8.0 }, "",
             "Shape of the shading: above 1 opens the half-tones, below 1 darkens them.", "exponent of shade";
         silhouette: f32 = 0.3, UNIT, "ink", "Ink where the surface turns away from the eye.", "the sum's third term";
         silhouette_power: f32 = 5.0, Kind::Number { min: 0.5, max: 32.0 }, "",
@@ -264,7 +264,7 @@ style! {
         back: f32 = 0.15, UNIT, "ink", "Additional ink on back faces of open surfaces.", "ink + back where n.E < 0";
     }
     "Dots" {
-        dot_size: Length = Length::percent(0.2), Kind::Length, "diameter", "Diameter of a dot that faces the eye.",
+        dot_size: Length = Length::percent(0.24), Kind::Length, "diameter", "Diameter of a dot that faces the eye.",
             "r = dot_size / 2";
         foreshorten: f32 = 0.5, UNIT, "",
             "How dots shrink where the surface turns away: 0 keeps their size, 0.5 draws fine edges. Spacing compensates.",

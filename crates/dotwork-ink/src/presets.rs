@@ -41,12 +41,13 @@ pub fn preset(name: &str) -> Option<Style> {
 fn hard() -> Style {
     Style {
         base: 0.0,
-        light: 0.95,
-        gamma: 1.9,
-        silhouette: 0.25,
+        wrap: 0.0,
+        gamma: 2.0,
+        silhouette: 0.2,
         silhouette_power: 8.0,
-        highlight: 0.04,
-        dot_size: Length::percent(0.21),
+        highlight: 0.05,
+        shadow: 0.98,
+        dot_size: Length::percent(0.26),
         ..Style::default()
     }
 }
@@ -54,13 +55,12 @@ fn hard() -> Style {
 fn high_key() -> Style {
     Style {
         base: 0.0,
-        light: 0.42,
-        wrap: 0.25,
-        gamma: 1.6,
-        silhouette: 0.5,
-        silhouette_power: 5.0,
-        highlight: 0.012,
-        dot_size: Length::percent(0.16),
+        light: 0.5,
+        gamma: 2.0,
+        silhouette: 0.6,
+        silhouette_power: 6.0,
+        highlight: 0.02,
+        dot_size: Length::percent(0.18),
         ..Style::default()
     }
 }
@@ -68,10 +68,11 @@ fn high_key() -> Style {
 fn night() -> Style {
     Style {
         inked: Inked::Light,
-        base: 0.012,
-        light: 0.85,
-        gamma: 1.5,
-        silhouette: 0.45,
+        base: 0.01,
+        light: 0.9,
+        wrap: 0.1,
+        gamma: 1.6,
+        silhouette: 0.5,
         silhouette_power: 4.0,
         color: Color::WHITE,
         paper: Color { r: 0x0b, g: 0x0c, b: 0x10 },
@@ -80,13 +81,13 @@ fn night() -> Style {
 }
 
 fn engraving() -> Style {
-    Style { base: 0.05, light: 0.85, gamma: 1.15, silhouette: 0.3, dot_size: Length::percent(0.13), ..Style::default() }
+    Style { base: 0.05, gamma: 1.3, dot_size: Length::percent(0.15), ..Style::default() }
 }
 
 fn sepia() -> Style {
     Style {
-        regularity: 0.4,
-        gamma: 1.5,
+        regularity: 0.3,
+        dot_size: Length::percent(0.28),
         color: Color { r: 0x4a, g: 0x2c, b: 0x17 },
         paper: Color { r: 0xf7, g: 0xf0, b: 0xe1 },
         ..Style::default()
@@ -94,9 +95,9 @@ fn sepia() -> Style {
 }
 
 fn flat() -> Style {
-    Style { tone: 0.5, base: 1.0, light: 0.0, silhouette: 0.0, ..Style::default() }
+    Style { tone: 0.5, base: 1.0, light: 0.0, silhouette: 0.0, back: 0.0, ..Style::default() }
 }
 
 fn lambert() -> Style {
-    Style { tone: 0.8, base: 0.0, light: 1.0, gamma: 1.0, silhouette: 0.0, ..Style::default() }
+    Style { tone: 0.8, base: 0.0, light: 1.0, wrap: 0.0, gamma: 1.0, silhouette: 0.0, back: 0.0, ..Style::default() }
 }

@@ -119,9 +119,9 @@ impl<'a> Selector<'a> {
         if ink <= 0.0 {
             return None;
         }
-        // The smooth normal shrinks dots without steps between facets; the facet bounds it, or dots at the coarse
-        // outline of a mesh would be too small to carry their ink.
-        let radius = self.plan.radius(n_dot_e.max(cosine));
+        // The smooth normal shrinks dots without steps between facets. The facet bounds it: at the coarse outline of a
+        // mesh dots would be too small to carry their ink, or stand out from a facet that is hardly seen.
+        let radius = self.plan.radius(n_dot_e.clamp(cosine, 3.0 * cosine));
         Some(Seen { x, y, depth, scale, cosine, facet, from_eye, radius, ink })
     }
 
