@@ -48,10 +48,11 @@ impl Plate {
         let arrival = Arrival { fade, width: width.max(1e-3), min: 0.0 };
         let dots: Vec<(Vec3, f32)> = self
             .stock
-            .position
+            .baked
+            .radius
             .iter()
-            .zip(&self.stock.baked.radius)
-            .map(|(p, &r)| (*p, arrival.at(r, spacing)))
+            .enumerate()
+            .map(|(i, &r)| (self.stock.position.at(i), arrival.at(r, spacing)))
             .filter(|(_, a)| *a > 0.0)
             .collect();
         let inside = |p: Vec3| (LOW..HIGH).contains(&p.x) && (LOW..HIGH).contains(&p.y);

@@ -24,6 +24,6 @@ pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{Fade, Inked, Kind, PARAMS, Param, Style, TwoSided, Visibility, find_param};
 pub use presets::{PRESETS, Preset, preset};
-pub use stock::{Baked, Stock};
+pub use stock::{Baked, Stock, Vectors};
 pub use surface::{MeshSurface, Place, StageDraw, Surface};
 pub use tone::{Lit, Tone};

@@ -31,17 +31,54 @@ impl Baked {
     }
 }
 
+/// Vectors in structure-of-arrays form, for loops that look at many at once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vectors {
+    /// First components.
+    pub x: Vec<f32>,
+    /// Second components.
+    pub y: Vec<f32>,
+    /// Third components.
+    pub z: Vec<f32>,
+}
+
+impl Vectors {
+    /// The `i`-th vector.
+    ///
+    /// # Panics
+    /// If there are not that many.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> Vec3 {
+        Vec3::new(self.x[i], self.y[i], self.z[i])
+    }
+
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    fn collect(n: usize, at: impl Fn(usize) -> Vec3 + Sync) -> Vectors {
+        let component = |k: usize| (0..n).into_par_iter().map(|i| at(i)[k]).collect();
+        Vectors { x: component(0), y: component(1), z: component(2) }
+    }
+}
+
 /// Stipples with their places in space, in structure-of-arrays form and in the order of the bake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stock {
     /// The bake.
     pub baked: Baked,
     /// Positions, object units.
-    pub position: Vec<Vec3>,
+    pub position: Vectors,
     /// Unit smooth normals, for light.
-    pub normal: Vec<Vec3>,
+    pub normal: Vectors,
     /// Unit facet normals, for scale and facing.
-    pub facet: Vec<Vec3>,
+    pub facet: Vectors,
 }
 
 impl Stock {
@@ -50,19 +87,18 @@ impl Stock {
     /// # Panics
     /// If an element is not a triangle of `mesh`; callers that read a bake from a file check it first.
     pub fn on_mesh(baked: Baked, mesh: &Mesh) -> Stock {
-        let ((position, normal), facet) = baked
-            .element
-            .par_iter()
-            .zip(&baked.weights)
-            .map(|(&t, &[v, w])| {
-                let [a, b, c] = mesh.triangles[t as usize].map(|i| mesh.positions[i as usize]);
-                let [na, nb, nc] = mesh.corner_normals[t as usize].map(|i| mesh.normals[i as usize]);
-                let (ab, ac) = (b - a, c - a);
-                let facet = ab.cross(ac).normalize_or(na);
-                let normal = (na * (1.0 - v - w) + nb * v + nc * w).normalize_or(facet);
-                ((a + ab * v + ac * w, normal), facet)
-            })
-            .unzip();
+        let place = |i: usize| {
+            let (t, [v, w]) = (baked.element[i] as usize, baked.weights[i]);
+            let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
+            let [na, nb, nc] = mesh.corner_normals[t].map(|i| mesh.normals[i as usize]);
+            let (ab, ac) = (b - a, c - a);
+            let facet = ab.cross(ac).normalize_or(na);
+            let normal = (na * (1.0 - v - w) + nb * v + nc * w).normalize_or(facet);
+            [a + ab * v + ac * w, normal, facet]
+        };
+        let places: Vec<[Vec3; 3]> = (0..baked.len()).into_par_iter().map(place).collect();
+        let part = |k: usize| Vectors::collect(places.len(), |i| places[i][k]);
+        let (position, normal, facet) = (part(0), part(1), part(2));
         Stock { baked, position, normal, facet }
     }
 

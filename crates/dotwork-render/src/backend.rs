@@ -107,7 +107,7 @@ impl CpuBackend {
             let enough = subject.plan.table.max_density() * 1.03;
             let part = (0..subject.stock.len().min(SAMPLE))
                 .into_par_iter()
-                .filter_map(|i| selector.see(i).filter(|s| !selector.hidden(s)))
+                .filter_map(|i| selector.see_unhidden(i))
                 .map(|seen| {
                     let weight = selector.page_weight(&seen);
                     (if f64::from(selector.demand(&seen).0) > enough { weight } else { 0.0 }, weight)
@@ -129,7 +129,7 @@ impl CpuBackend {
         let Subject { stock, plan, .. } = frame.subjects[subject];
         let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
             .into_par_iter()
-            .filter_map(|i| selector.see(i).filter(|s| !selector.hidden(s)))
+            .filter_map(|i| selector.see_unhidden(i))
             .map(|seen| (f64::from(selector.demand(&seen).0), selector.page_weight(&seen)))
             .collect();
         demands.sort_by(|a, b| b.0.total_cmp(&a.0));

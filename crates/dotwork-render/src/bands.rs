@@ -8,6 +8,20 @@ pub(crate) const BAND_ROWS: usize = 32;
 /// Items a chunk sorts at a time.
 const CHUNK: usize = 8192;
 
+/// First and last of the pixels `0..size` whose centres lie in `low..=high`, in pixels; `None` if there are none.
+///
+/// Without `floor` and `ceil`, which are calls on processors that the compiler may not assume more of.
+#[inline(always)]
+pub(crate) fn centers(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
+    // Casts truncate towards zero and saturate; `v > −1` is all that matters below zero.
+    let (low, high) = ((low - 0.5).max(-0.5), (high - 0.5).min(size as f32 - 1.0));
+    let first = low as i32;
+    let first = first + i32::from(low > first as f32);
+    let last = high as i32;
+    let last = last - i32::from(high < last as f32);
+    (first <= last).then_some((first as usize, last as usize))
+}
+
 /// For each band the items that touch it, in item order; memory is kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct Bins {
@@ -40,5 +54,35 @@ impl Bins {
     /// The items of one band, in order.
     pub fn band(&self, band: usize) -> impl Iterator<Item = usize> + '_ {
         self.chunks[..self.used].iter().flat_map(move |bins| bins[band].iter().map(|&i| i as usize))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centers_are_those_between() {
+        assert_eq!(centers(0.2, 0.4, 10), None);
+        assert_eq!(centers(0.5, 0.5, 10), Some((0, 0)));
+        assert_eq!(centers(-50.0, 3.4, 10), Some((0, 2)));
+        assert_eq!(centers(-50.0, -3.0, 10), None);
+        assert_eq!(centers(8.6, 99.0, 10), Some((9, 9)));
+        assert_eq!(centers(9.6, 99.0, 10), None);
+        assert_eq!(centers(f32::NAN, 5.0, 10), Some((0, 4)));
+    }
+
+    #[test]
+    fn every_item_is_in_each_of_its_bands_in_order() {
+        let mut bins = Bins::default();
+        for _ in 0..2 {
+            bins.fill(20_000, 4, |i| (i % 3 != 0).then_some((i % 100, (i % 100 + 20).min(127))));
+            for band in 0..4 {
+                let expected: Vec<usize> = (0..20_000)
+                    .filter(|i| i % 3 != 0 && i % 100 / 32 <= band && (i % 100 + 20).min(127) / 32 >= band)
+                    .collect();
+                assert_eq!(bins.band(band).collect::<Vec<_>>(), expected);
+            }
+        }
     }
 }

@@ -1,26 +1,54 @@
 //! The depth prepass: which surface is nearest at each pixel centre.
 //!
-//! The buffer stores *nearness*, a quantity that is linear over the page for every plane and grows towards the eye:
-//! `1 / depth` under perspective, `−depth` in parallel projection. A place on a surface is compared with what its own
+//! The buffer stores *nearness*, a positive quantity that is linear over the page for every plane and grows towards
+//! the eye: `1 / depth` under perspective, a constant less the depth in parallel projection. The nearest of all
+//! surfaces does not depend on their order, so threads draw into one buffer by atomic maximum. A place on a surface is compared with what its own
 //! tangent plane says at the pixel's centre, so slopes need no large bias.
 
 use dotwork_drawing::{Projection, View};
 use dotwork_mesh::Mesh;
 use glam::Vec3;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use rayon::prelude::*;
 
-use crate::bands::{BAND_ROWS, Bins};
+/// Triangles a task draws.
+const CHUNK: usize = 1024;
 
 /// Nearest surfaces of a frame, one value a pixel.
 #[derive(Default)]
 pub struct DepthBuffer {
     width: usize,
     height: usize,
-    /// Nearness of the nearest surface, −∞ where there is none; row by row.
-    nearness: Vec<f32>,
-    /// Projected vertices of the mesh at work: x, y in pixels, nearness.
-    projected: Vec<[f32; 3]>,
-    bins: Bins,
+    /// Nearness of the nearest surface as the bits of an `f32`, 0 where there is none; row by row.
+    nearness: Vec<AtomicU32>,
+    /// Projected vertices of the mesh at work.
+    projected: Vec<Vertex>,
+}
+
+/// A projected vertex.
+#[derive(Clone, Copy)]
+struct Vertex {
+    /// Pixels from the left and from the top.
+    x: f32,
+    y: f32,
+    nearness: f32,
+    /// First pixel whose centre is not left of (above) the vertex.
+    column: i32,
+    row: i32,
+}
+
+impl Vertex {
+    #[inline(always)]
+    fn new(view: &View, p: Vec3) -> Vertex {
+        let (x, y, depth) = view.project(p);
+        // `ceil` without a call; far outside, casts saturate and the bounds below clip.
+        let ceil = |v: f32| {
+            let i = v as i32;
+            i.saturating_add(i32::from(v > i as f32))
+        };
+        Vertex { x, y, nearness: nearness(view, depth), column: ceil(x - 0.5), row: ceil(y - 0.5) }
+    }
 }
 
 /// Nearness of a depth.
@@ -28,7 +56,7 @@ pub struct DepthBuffer {
 fn nearness(view: &View, depth: f32) -> f32 {
     match view.projection {
         Projection::Perspective { .. } => 1.0 / depth,
-        Projection::Parallel { .. } => -depth,
+        Projection::Parallel { .. } => view.distance + 2.0 * view.radius - depth,
     }
 }
 
@@ -36,8 +64,8 @@ impl DepthBuffer {
     /// Empties the buffer for a page of `width` × `height` pixels; memory is kept.
     pub fn clear(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width as usize, height as usize);
-        self.nearness.clear();
-        self.nearness.resize(self.width * self.height, f32::NEG_INFINITY);
+        self.nearness.resize_with(self.width * self.height, AtomicU32::default);
+        self.nearness.par_iter_mut().with_min_len(1 << 16).for_each(|q| *q.get_mut() = 0);
     }
 
     /// Draws a mesh. `cull_back` leaves out triangles that face away, which a closed surface never shows.
@@ -48,33 +76,51 @@ impl DepthBuffer {
         mesh.positions
             .par_iter()
             .with_min_len(4096)
-            .map(|&p| {
-                let (x, y, depth) = view.project(p);
-                [x, y, nearness(view, depth)]
-            })
+            .map(|&p| Vertex::new(view, p))
             .collect_into_vec(&mut self.projected);
-        let (width, height) = (self.width, self.height);
-        let projected = &self.projected;
-        let corners = |t: usize| mesh.triangles[t].map(|v| projected[v as usize]);
-        let bands = height.div_ceil(BAND_ROWS);
-        self.bins.fill(mesh.triangles.len(), bands, |t| {
-            let [a, b, c] = corners(t);
-            // y points down: counter-clockwise triangles have negative area here.
-            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-            if area == 0.0 || (cull_back && area > 0.0) {
-                return None;
-            }
-            let (first, last) = centers(a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]), height)?;
-            centers(a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]), width)?;
-            Some((first, last))
-        });
-        let bins = &self.bins;
-        self.nearness.par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(band, rows)| {
-            let top = band * BAND_ROWS;
-            for t in bins.band(band) {
-                fill_triangle(corners(t), rows, width, top);
+        mesh.triangles.par_chunks(CHUNK).for_each(|triangles| {
+            for triangle in triangles {
+                self.fill(triangle.map(|v| self.projected[v as usize]), cull_back);
             }
         });
+    }
+
+    /// Raises the buffer to a triangle's nearness wherever it covers a pixel's centre.
+    #[inline(always)]
+    fn fill(&self, [a, b, c]: [Vertex; 3], cull_back: bool) {
+        // Most triangles of a fine mesh lie between pixel centres: whole numbers find them.
+        let x0 = a.column.min(b.column).min(c.column).max(0);
+        let x1 = a.column.max(b.column).max(c.column).min(self.width as i32);
+        let y0 = a.row.min(b.row).min(c.row).max(0);
+        let y1 = a.row.max(b.row).max(c.row).min(self.height as i32);
+        // y points down: counter-clockwise triangles have negative area here.
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        if x0 >= x1 || y0 >= y1 || area == 0.0 || (cull_back && area > 0.0) {
+            return;
+        }
+        let (x0, x1, y0, y1) = (x0 as usize, x1 as usize, y0 as usize, y1 as usize);
+        let inverse = 1.0 / area;
+        // Weights of b and c at a page position, as linear functions relative to a.
+        let (bx, by) = ((c.y - a.y) * inverse, (a.x - c.x) * inverse);
+        let (cx, cy) = ((a.y - b.y) * inverse, (b.x - a.x) * inverse);
+        let (qb, qc) = (b.nearness - a.nearness, c.nearness - a.nearness);
+        let dx0 = x0 as f32 + 0.5 - a.x;
+        for y in y0..y1 {
+            let dy = y as f32 + 0.5 - a.y;
+            let (wb0, wc0) = (bx * dx0 + by * dy, cx * dx0 + cy * dy);
+            for (i, q) in self.nearness[y * self.width + x0..y * self.width + x1].iter().enumerate() {
+                let wb = wb0 + bx * i as f32;
+                let wc = wc0 + cx * i as f32;
+                // Edges belong to both of their triangles, with a little to spare for rounding: no gaps.
+                if wb >= -1e-5 && wc >= -1e-5 && wb + wc <= 1.00002 {
+                    // Positive floats are ordered as their bits.
+                    let nearness = (a.nearness + wb * qb + wc * qc).to_bits();
+                    if nearness > q.load(Relaxed) {
+                        q.fetch_max(nearness, Relaxed);
+                    }
+                }
+            }
+        }
     }
 
     /// True if a place on a surface is hidden by something nearer.
@@ -83,13 +129,13 @@ impl DepthBuffer {
     /// `from_eye`: the place minus the eye. A place off the page is not hidden.
     #[inline]
     pub fn hides(&self, view: &View, x: f32, y: f32, depth: f32, normal: Vec3, from_eye: Vec3) -> bool {
-        let (px, py) = (x.floor(), y.floor());
-        if !(px >= 0.0 && py >= 0.0 && px < self.width as f32 && py < self.height as f32) {
+        if !(x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32) {
             return false;
         }
-        let at = self.nearness[py as usize * self.width + px as usize];
+        let (column, row) = (x as usize, y as usize);
+        let at = f32::from_bits(self.nearness[row * self.width + column].load(Relaxed));
         // From the place to the centre of its pixel.
-        let (dx, dy) = (px + 0.5 - x, py + 0.5 - y);
+        let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
         let (right, up) = (normal.dot(view.right), normal.dot(view.up));
         // The tangent plane's nearness at the centre, and what an object unit of depth is worth there.
         let (plane, unit, px_per_unit, along) = match view.projection {
@@ -100,50 +146,16 @@ impl DepthBuffer {
             }
             Projection::Parallel { px_per_unit } => {
                 let back = normal.dot(view.back);
-                (-depth - (dx * right - dy * up) / (px_per_unit * back), 1.0, px_per_unit, back)
+                let q = nearness(view, depth);
+                (q - (dx * right - dy * up) / (px_per_unit * back), 1.0, px_per_unit, back)
             }
         };
+        if at <= plane {
+            return false;
+        }
         // Curvature within a pixel: a share of a pixel's width, more where the surface is steep.
         let slope = ((1.0 - along * along).max(0.0).sqrt() / along.max(1e-3)).min(6.0);
         let bias = (0.25 + 0.35 * slope) * unit / px_per_unit;
         at > plane + bias
-    }
-}
-
-/// First and last pixel of `0..size` whose centre lies in `low..=high`.
-#[inline(always)]
-fn centers(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
-    let first = (low - 0.5).ceil().max(0.0);
-    let last = (high - 0.5).floor().min(size as f32 - 1.0);
-    (first <= last).then_some((first as usize, last as usize))
-}
-
-/// Raises `rows` (whose first is row `top` of the page) to a triangle's nearness wherever it covers a pixel's centre.
-fn fill_triangle([a, b, c]: [[f32; 3]; 3], rows: &mut [f32], width: usize, top: usize) {
-    let height = top + rows.len() / width;
-    let Some((y0, y1)) = centers(a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]), height) else { return };
-    let Some((x0, x1)) = centers(a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]), width) else { return };
-    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    let inverse = 1.0 / area;
-    // Weights of b and c at a page position, as linear functions relative to a.
-    let (bx, by) = ((c[1] - a[1]) * inverse, (a[0] - c[0]) * inverse);
-    let (cx, cy) = ((a[1] - b[1]) * inverse, (b[0] - a[0]) * inverse);
-    let (qb, qc) = (b[2] - a[2], c[2] - a[2]);
-    for y in y0.max(top)..=y1 {
-        let dy = y as f32 + 0.5 - a[1];
-        let row = &mut rows[(y - top) * width..][x0..=x1];
-        let dx0 = x0 as f32 + 0.5 - a[0];
-        let (wb0, wc0) = (bx * dx0 + by * dy, cx * dx0 + cy * dy);
-        for (i, q) in row.iter_mut().enumerate() {
-            let wb = wb0 + bx * i as f32;
-            let wc = wc0 + cx * i as f32;
-            // Edges belong to both of their triangles, with a little to spare for rounding: no gaps between them.
-            if wb >= -1e-5 && wc >= -1e-5 && wb + wc <= 1.00002 {
-                let nearness = a[2] + wb * qb + wc * qc;
-                if nearness > *q {
-                    *q = nearness;
-                }
-            }
-        }
     }
 }

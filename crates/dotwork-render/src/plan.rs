@@ -9,6 +9,8 @@ pub struct InkPlan {
     pub(crate) tone: Tone,
     pub(crate) coverage: Coverage,
     pub(crate) table: DensityTable,
+    /// The table's inverse, for the inner loop.
+    pub(crate) spacing: Spacing,
     pub(crate) arrival: Arrival,
     /// Density at which each stipple is drawn first, per object unit squared; rises along the stock.
     pub(crate) appears: Vec<f32>,
@@ -17,6 +19,41 @@ pub struct InkPlan {
     /// `c ↦ c^foreshorten` for c = 0…1.
     foreshortening: Vec<f32>,
     pub(crate) grow: f32,
+}
+
+/// Density to spacing, tabulated on the bits of the density: 64 linear pieces for each factor of two.
+pub(crate) struct Spacing {
+    /// Bits of the first tabulated density, shifted.
+    first: u32,
+    spacing: Vec<f32>,
+}
+
+impl Spacing {
+    /// Mantissa bits below a table step.
+    const SHIFT: u32 = 23 - 6;
+
+    fn new(table: &DensityTable) -> Spacing {
+        // Twenty octaves up to the end of the stock; sparser tones than that draw nothing.
+        let last = ((table.max_density() * 1.02) as f32).max(f32::MIN_POSITIVE).to_bits() >> Self::SHIFT;
+        let first = last.saturating_sub(20 << 6);
+        let spacing = (first..=last + 1)
+            .into_par_iter()
+            .map(|key| table.spacing(f64::from(f32::from_bits(key << Self::SHIFT))))
+            .collect();
+        Spacing { first, spacing }
+    }
+
+    /// The spacing that gives `density`; beyond the table, that of its ends.
+    #[inline(always)]
+    pub fn at(&self, density: f32) -> f32 {
+        let bits = density.to_bits();
+        let step = (bits >> Self::SHIFT).saturating_sub(self.first) as usize;
+        let Some(&[a, b]) = self.spacing.get(step..step + 2).and_then(|s| s.first_chunk()) else {
+            return self.spacing[self.spacing.len() - 1];
+        };
+        let t = (bits & ((1 << Self::SHIFT) - 1)) as f32 * (1.0 / (1 << Self::SHIFT) as f32);
+        a + (b - a) * t
+    }
 }
 
 const FORESHORTENING_STEPS: usize = 1024;
@@ -32,6 +69,7 @@ impl InkPlan {
         InkPlan {
             tone: Tone::new(style),
             coverage: Coverage::new(style),
+            spacing: Spacing::new(&table),
             table,
             arrival,
             appears,

@@ -8,7 +8,7 @@ use dotwork_drawing::color::{linear_to_srgb, srgb_to_linear};
 use dotwork_drawing::{Color, Dots, Drawing};
 use rayon::prelude::*;
 
-use crate::bands::{BAND_ROWS, Bins};
+use crate::bands::{BAND_ROWS, Bins, centers};
 
 /// An 8-bit picture, sRGB-encoded, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,6 +27,7 @@ pub struct Raster {
 #[derive(Default)]
 pub struct Rasterizer {
     bins: Vec<Bins>,
+    encoder: Encoder,
 }
 
 /// Steps of the table from linear light to sRGB: fine enough that no step of the darkest tones is skipped.
@@ -52,17 +53,15 @@ impl Rasterizer {
             let dots = &layer.dots;
             bins.fill(dots.len(), bands, |i| {
                 let reach = Disc::new(dots.radius[i]).reach;
-                let first = (dots.y[i] - reach - 0.5).ceil().max(0.0);
-                let last = (dots.y[i] + reach - 0.5).floor().min(height as f32 - 1.0);
-                (first <= last).then_some((first as usize, last as usize))
+                centers(dots.y[i] - reach, dots.y[i] + reach, height)
             });
         }
         let bins = &self.bins;
-        let encoder = Encoder::new();
+        let encoder = &self.encoder;
         let band_bytes = width * BAND_ROWS * raster.channels;
         raster.samples.par_chunks_mut(band_bytes).enumerate().for_each_init(
             || Band::new(width),
-            |band, (k, out)| band.draw(drawing, bins, k, out, &encoder),
+            |band, (k, out)| band.draw(drawing, bins, k, out, encoder),
         );
     }
 }
@@ -70,11 +69,13 @@ impl Rasterizer {
 /// Linear light to sRGB by table.
 struct Encoder(Vec<u8>);
 
-impl Encoder {
-    fn new() -> Encoder {
+impl Default for Encoder {
+    fn default() -> Encoder {
         Encoder((0..=ENCODE_STEPS).map(|i| linear_to_srgb(i as f32 / ENCODE_STEPS as f32)).collect())
     }
+}
 
+impl Encoder {
     #[inline(always)]
     fn encode(&self, linear: f32) -> u8 {
         self.0[(linear * ENCODE_STEPS as f32 + 0.5) as usize]
@@ -158,17 +159,14 @@ impl Disc {
 /// Multiplies what shows through by what dot `i` leaves clear.
 #[inline(always)]
 fn stamp(dots: &Dots, i: usize, clear: &mut [f32], width: usize, top: usize) {
-    let (x, y) = (dots.x[i] - 0.5, dots.y[i] - 0.5 - top as f32);
+    let (x, y) = (dots.x[i], dots.y[i] - top as f32);
     let Disc { reach, peak } = Disc::new(dots.radius[i]);
     let strength = peak * dots.ink[i];
     let rows = clear.len() / width;
-    let (x0, x1) = ((x - reach).ceil().max(0.0), (x + reach).floor().min(width as f32 - 1.0));
-    let (y0, y1) = ((y - reach).ceil().max(0.0), (y + reach).floor().min(rows as f32 - 1.0));
-    if x0 > x1 || y0 > y1 {
-        return;
-    }
-    let (x0, x1) = (x0 as usize, x1 as usize);
-    for row in y0 as usize..=y1 as usize {
+    let Some((x0, x1)) = centers(x - reach, x + reach, width) else { return };
+    let Some((y0, y1)) = centers(y - reach, y + reach, rows) else { return };
+    let (x, y) = (x - 0.5, y - 0.5);
+    for row in y0..=y1 {
         let dy = row as f32 - y;
         for (k, t) in clear[row * width + x0..=row * width + x1].iter_mut().enumerate() {
             let dx = (x0 + k) as f32 - x;

@@ -29,22 +29,60 @@ pub(crate) struct Selector<'a> {
     pub id_base: u64,
 }
 
-/// A stipple's place as the eye sees it.
-pub(crate) struct Seen {
+/// A place as projected.
+#[derive(Clone, Copy, Default)]
+struct Projected {
     x: f32,
     y: f32,
     depth: f32,
     /// Pixels for an object unit at its depth.
     scale: f32,
-    /// Cosine between the facet and the eye.
+    /// Cosine between the facet and the eye; negative from behind.
     cosine: f32,
-    /// Facet normal, towards the eye.
-    facet: Vec3,
-    from_eye: Vec3,
+    /// 1 over the distance to the eye.
+    inverse_distance: f32,
+}
+
+/// A stipple's place as the eye sees it, with the ink that it asks for.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Seen {
+    at: Projected,
     /// Radius of a whole dot there, pixels.
     radius: f32,
     ink: f32,
 }
+
+/// The places of a block, as projected.
+struct Block {
+    x: [f32; BLOCK],
+    y: [f32; BLOCK],
+    depth: [f32; BLOCK],
+    scale: [f32; BLOCK],
+    cosine: [f32; BLOCK],
+    inverse_distance: [f32; BLOCK],
+}
+
+impl Block {
+    fn new() -> Block {
+        let zero = [0.0; BLOCK];
+        Block { x: zero, y: zero, depth: zero, scale: zero, cosine: zero, inverse_distance: zero }
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize) -> Projected {
+        Projected {
+            x: self.x[k],
+            y: self.y[k],
+            depth: self.depth[k],
+            scale: self.scale[k],
+            cosine: self.cosine[k],
+            inverse_distance: self.inverse_distance[k],
+        }
+    }
+}
+
+/// Stipples looked at together: few enough to stay in the first cache, enough to fill vector registers.
+const BLOCK: usize = 128;
 
 impl<'a> Selector<'a> {
     pub fn new(
@@ -67,80 +105,130 @@ impl<'a> Selector<'a> {
             depth: (style.visibility == Visibility::Solid).then_some(depth),
             two_sided: two_sided(style, closed),
             facing: style.visibility != Visibility::Through,
-            min_cosine: GRAZING.max(style.front_angle.to_radians().cos()),
+            min_cosine: if style.visibility == Visibility::Through {
+                GRAZING
+            } else {
+                GRAZING.max(style.front_angle.to_radians().cos())
+            },
             id_base,
         }
     }
 
-    /// The place of stipple `i` and the ink it asks for; `None` if it faces away, lies off the page or asks for none.
+    /// Projects a place. Free of branches, so that a loop over it becomes vector code.
     #[inline(always)]
-    pub fn see(&self, i: usize) -> Option<Seen> {
+    fn project(&self, position: Vec3, facet: Vec3) -> Projected {
+        let from_eye = position - self.view.eye;
+        let depth = -from_eye.dot(self.view.back);
+        let (inverse_distance, cosine, scale) = match self.view.projection {
+            Projection::Perspective { focal_px } => {
+                let inverse = 1.0 / from_eye.dot(from_eye).sqrt();
+                (inverse, -facet.dot(from_eye) * inverse, focal_px / depth)
+            }
+            Projection::Parallel { px_per_unit } => (1.0, facet.dot(self.view.back), px_per_unit),
+        };
+        Projected {
+            x: self.view.cx + from_eye.dot(self.view.right) * scale,
+            y: self.view.cy - from_eye.dot(self.view.up) * scale,
+            depth,
+            scale,
+            cosine,
+            inverse_distance,
+        }
+    }
+
+    /// Projects the `count` stipples from `start` on.
+    fn project_block(&self, start: usize, count: usize, block: &mut Block) {
+        let part = |v: &'a [f32]| &v[start..start + count];
+        let [x, y, z] = [&self.stock.position.x, &self.stock.position.y, &self.stock.position.z].map(|v| part(v));
+        let [fx, fy, fz] = [&self.stock.facet.x, &self.stock.facet.y, &self.stock.facet.z].map(|v| part(v));
+        let Block { x: px, y: py, depth, scale, cosine, inverse_distance } = block;
+        for k in 0..count.min(BLOCK) {
+            let p = self.project(Vec3::new(x[k], y[k], z[k]), Vec3::new(fx[k], fy[k], fz[k]));
+            px[k] = p.x;
+            py[k] = p.y;
+            depth[k] = p.depth;
+            scale[k] = p.scale;
+            cosine[k] = p.cosine;
+            inverse_distance[k] = p.inverse_distance;
+        }
+    }
+
+    /// True if a place faces the eye enough to be drawn and lies on the page inside the margins.
+    #[inline(always)]
+    fn in_view(&self, p: &Projected) -> bool {
+        let margin = self.page.margin_px;
+        let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
+        let facing = if self.facing && !self.two_sided { p.cosine } else { p.cosine.abs() };
+        (facing >= self.min_cosine)
+            & (p.x >= margin)
+            & (p.y >= margin)
+            & (p.x <= right)
+            & (p.y <= bottom)
+    }
+
+    /// The ink and the dot radius of a place in view.
+    #[inline(always)]
+    fn light_up(&self, i: usize, at: Projected) -> Seen {
         let view = self.view;
-        let p = self.stock.position[i];
-        let from_eye = p - view.eye;
-        let depth = -from_eye.dot(view.back);
         let to_eye = match view.projection {
-            Projection::Perspective { .. } => from_eye * -from_eye.length_recip(),
+            Projection::Perspective { .. } => (view.eye - self.stock.position.at(i)) * at.inverse_distance,
             Projection::Parallel { .. } => view.back,
         };
-        let mut facet = self.stock.facet[i];
-        let mut cosine = facet.dot(to_eye);
-        let back = cosine < 0.0;
-        if back {
-            if self.facing && !self.two_sided {
-                return None;
-            }
-            (facet, cosine) = (-facet, -cosine);
-        }
-        if cosine < if self.facing { self.min_cosine } else { GRAZING } {
-            return None;
-        }
-        let scale = view.px_per_unit(depth);
-        let x = view.cx + from_eye.dot(view.right) * scale;
-        let y = view.cy - from_eye.dot(view.up) * scale;
-        let margin = self.page.margin_px;
-        let (width, height) = (self.page.width as f32, self.page.height as f32);
-        if !(x >= margin && y >= margin && x <= width - margin && y <= height - margin) {
-            return None;
-        }
-        let mut normal = self.stock.normal[i];
         // Seen from behind in `through`, the papers' volumes keep their normals.
-        if back && self.facing {
-            normal = -normal;
-        }
+        let back = self.facing && at.cosine < 0.0;
+        let normal = if back { -self.stock.normal.at(i) } else { self.stock.normal.at(i) };
         let n_dot_e = normal.dot(to_eye);
         let ink = self.plan.tone.ink(&Lit {
             n_dot_l: normal.dot(self.light),
             n_dot_e: if self.facing { n_dot_e.clamp(0.0, 1.0) } else { n_dot_e.abs() },
-            z: 0.5 + 0.5 * (depth - view.distance) / view.radius,
-            relative_depth: if view.is_parallel() { 1.0 } else { depth / view.distance },
-            back: back && self.facing,
+            z: 0.5 + 0.5 * (at.depth - view.distance) / view.radius,
+            relative_depth: if view.is_parallel() { 1.0 } else { at.depth / view.distance },
+            back,
         });
-        if ink <= 0.0 {
-            return None;
-        }
+        let at = Projected { cosine: at.cosine.abs(), ..at };
         // The smooth normal shrinks dots without steps between facets. The facet bounds it: at the coarse outline of a
         // mesh dots would be too small to carry their ink, or stand out from a facet that is hardly seen.
-        let radius = self.plan.radius(n_dot_e.clamp(cosine, 3.0 * cosine));
-        Some(Seen { x, y, depth, scale, cosine, facet, from_eye, radius, ink })
+        let radius = self.plan.radius(n_dot_e.clamp(at.cosine, 3.0 * at.cosine));
+        Seen { at, radius, ink }
+    }
+
+    /// The place of stipple `i` and the ink it asks for; `None` if it faces away, lies off the page or asks for none.
+    fn see(&self, i: usize) -> Option<Seen> {
+        let at = self.project(self.stock.position.at(i), self.stock.facet.at(i));
+        self.in_view(&at).then(|| self.light_up(i, at)).filter(|seen| seen.ink > 0.0)
     }
 
     /// Density on the surface that a place asks for, per object unit squared, and the growth of its dots.
     #[inline(always)]
     pub fn demand(&self, seen: &Seen) -> (f32, f32) {
-        let (density_px, growth) = self.plan.demand(seen.ink, seen.cosine, seen.radius);
-        (density_px * seen.scale * seen.scale, growth)
+        let (density_px, growth) = self.plan.demand(seen.ink, seen.at.cosine, seen.radius);
+        (density_px * seen.at.scale * seen.at.scale, growth)
     }
 
-    /// True if something nearer hides the place.
+    /// True if something nearer hides stipple `i`.
     #[inline(always)]
-    pub fn hidden(&self, seen: &Seen) -> bool {
-        self.depth.is_some_and(|d| d.hides(self.view, seen.x, seen.y, seen.depth, seen.facet, seen.from_eye))
+    fn hidden(&self, i: usize, at: &Projected) -> bool {
+        self.depth.is_some_and(|d| {
+            let from_eye = self.stock.position.at(i) - self.view.eye;
+            let facet = self.stock.facet.at(i);
+            // The facet's normal towards the eye.
+            let facing = match self.view.projection {
+                Projection::Perspective { .. } => -facet.dot(from_eye),
+                Projection::Parallel { .. } => facet.dot(self.view.back),
+            };
+            let facet = if facing < 0.0 { -facet } else { facet };
+            d.hides(self.view, at.x, at.y, at.depth, facet, from_eye)
+        })
+    }
+
+    /// The place of stipple `i` and the ink it asks for; `None` if it cannot be seen or asks for none.
+    pub fn see_unhidden(&self, i: usize) -> Option<Seen> {
+        self.see(i).filter(|seen| !self.hidden(i, &seen.at))
     }
 
     /// Area of the page that the place stands for, relative to other places of the stock.
     pub fn page_weight(&self, seen: &Seen) -> f64 {
-        f64::from(seen.cosine * seen.scale * seen.scale)
+        f64::from(seen.at.cosine * seen.at.scale * seen.at.scale)
     }
 
     /// No place of this frame asks for more than this density (per object unit squared), so that no stipple that
@@ -160,31 +248,64 @@ impl<'a> Selector<'a> {
     }
 
     /// Draws the stipples of `range` into `dots`.
+    ///
+    /// In passes over blocks, each of which leaves fewer: projecting all is vector code, lighting those in view and
+    /// drawing those that are asked for have few branches to guess.
     pub fn select(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
-        let arrival = self.plan.arrival;
-        let full = self.plan.dot_radius;
-        for i in range {
-            let Some(seen) = self.see(i) else { continue };
-            let (density, growth) = self.demand(&seen);
-            if density < self.plan.appears[i] {
-                continue;
+        let mut block = Block::new();
+        let mut asked = [(0usize, Seen::default(), 0.0f32, 0.0f32); BLOCK];
+        let mut kept = [0usize; BLOCK];
+        let end = range.end;
+        for start in range.step_by(BLOCK) {
+            let count = BLOCK.min(end - start);
+            self.project_block(start, count, &mut block);
+            let mut n = 0;
+            for k in 0..count {
+                kept[n] = k;
+                n += usize::from(self.in_view(&block.at(k)));
             }
-            let spacing = self.plan.table.spacing(f64::from(density));
-            let arrived = arrival.at(self.stock.baked.radius[i], spacing);
-            if arrived == 0.0 || self.hidden(&seen) {
-                continue;
+            if self.two_sided {
+                // Most of what is seen from behind is hidden, and not worth a tone.
+                let mut visible = 0;
+                for j in 0..n {
+                    let (k, at) = (kept[j], block.at(kept[j]));
+                    kept[visible] = k;
+                    visible += usize::from(at.cosine >= 0.0 || !self.hidden(start + k, &at));
+                }
+                n = visible;
             }
-            let (size, strength) = if arrival.fade == Fade::Ink { (1.0, arrived) } else { (arrived, 1.0) };
-            let radius = seen.radius * growth * size;
-            dots.x.push(seen.x);
-            dots.y.push(seen.y);
-            dots.depth.push(seen.depth);
-            dots.radius.push(radius);
-            dots.size.push(radius / full);
-            dots.ink.push(strength);
-            dots.id.push(self.id_base | self.stock.baked.id[i]);
-            dots.stipple.push(i as u32);
+            let mut m = 0;
+            for &k in &kept[..n] {
+                let i = start + k;
+                let seen = self.light_up(i, block.at(k));
+                let (density, growth) = self.demand(&seen);
+                asked[m] = (i, seen, density, growth);
+                m += usize::from(density >= self.plan.appears[i] && seen.ink > 0.0);
+            }
+            for (i, seen, density, growth) in &asked[..m] {
+                self.draw(*i, seen, *density, *growth, dots);
+            }
         }
+    }
+
+    /// Draws stipple `i` if it has arrived and nothing hides it.
+    #[inline(always)]
+    fn draw(&self, i: usize, seen: &Seen, density: f32, growth: f32, dots: &mut Dots) {
+        let arrival = self.plan.arrival;
+        let arrived = arrival.at(self.stock.baked.radius[i], self.plan.spacing.at(density));
+        if arrived == 0.0 || self.hidden(i, &seen.at) {
+            return;
+        }
+        let (size, strength) = if arrival.fade == Fade::Ink { (1.0, arrived) } else { (arrived, 1.0) };
+        let radius = seen.radius * growth * size;
+        dots.x.push(seen.at.x);
+        dots.y.push(seen.at.y);
+        dots.depth.push(seen.at.depth);
+        dots.radius.push(radius);
+        dots.size.push(radius / self.plan.dot_radius);
+        dots.ink.push(strength);
+        dots.id.push(self.id_base | self.stock.baked.id[i]);
+        dots.stipple.push(i as u32);
     }
 }
 
