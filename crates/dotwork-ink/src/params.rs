@@ -274,7 +274,7 @@ style! {
             "arrival = min(1, (radius - spacing) / (fade_width * spacing))";
         fade_width: f32 = 0.15, Kind::Number { min: 0.01, max: 1.0 }, "of the spacing",
             "Over which share of the spacing a dot arrives.", "see fade";
-        min_size: f32 = 0.25, Kind::Number { min: 0.0, max: 0.9 }, "of the full size",
+        min_size: f32 = 0.05, Kind::Number { min: 0.0, max: 0.9 }, "of the full size",
             "Smallest share of its size (or strength) at which an arriving dot is drawn.", "arrival < min_size draws nothing";
         grow: f32 = 0.6, Kind::Number { min: 0.0, max: 3.0 }, "ink area",
             "In the darks, dots grow instead of multiplying once their summed area passes this share of the page area; 0 never.",

@@ -1,8 +1,10 @@
-//! A drawing as pixels: analytic anti-aliased discs, composited in linear light.
+//! A drawing as pixels: anti-aliased discs, composited in linear light.
 //!
-//! A disc's coverage of a pixel is approximated by a ramp one pixel wide across its edge. The ramp's radius is chosen
-//! so that the *summed* coverage is exactly the disc's area at every size, because tone is summed coverage: a plain
-//! ramp around the true radius puts `π/12` of a pixel too much on each dot.
+//! Tone is covered area, and in half-tones and darks dots touch and overlap: what counts is the area of their *union*.
+//! So each pixel keeps a mask of 16 × 4 samples, solid dots set the samples they cover, and the pixel's coverage is the
+//! share of samples set. (Multiplying what each dot leaves clear, the usual way, treats dots that share a pixel as
+//! independent; blue-noise dots avoid each other, and tones of 0.7 came out 0.04 too light.) Dots of partial strength
+//! do multiply, by a ramp one pixel wide whose summed coverage is exactly the disc's area.
 
 use dotwork_drawing::color::{linear_to_srgb, srgb_to_linear};
 use dotwork_drawing::{Color, Dots, Drawing};
@@ -52,16 +54,16 @@ impl Rasterizer {
         for (layer, bins) in drawing.layers.iter().zip(&mut self.bins) {
             let dots = &layer.dots;
             bins.fill(dots.len(), bands, |i| {
-                let reach = Disc::new(dots.radius[i]).reach;
+                let reach = if dots.ink[i] >= 1.0 { dots.radius[i] + 0.5 } else { Disc::new(dots.radius[i]).reach };
                 centers(dots.y[i] - reach, dots.y[i] + reach, height)
             });
         }
-        let bins = &self.bins;
+        let (bins, channels) = (&self.bins, raster.channels);
         let encoder = &self.encoder;
         let band_bytes = width * BAND_ROWS * raster.channels;
         raster.samples.par_chunks_mut(band_bytes).enumerate().for_each_init(
             || Band::new(width),
-            |band, (k, out)| band.draw(drawing, bins, k, out, encoder),
+            |band, (k, out)| band.draw(drawing, bins, k, out, channels, encoder),
         );
     }
 }
@@ -82,23 +84,24 @@ impl Encoder {
     }
 }
 
-/// One thread's scratch: a band of the page in linear light.
+/// One thread's scratch: a band of the page.
 struct Band {
     width: usize,
-    /// Share of the paper that still shows through the current layer.
+    /// Samples covered by the solid dots of the current layer.
+    masks: Vec<u64>,
+    /// Share that shows through its other dots.
     clear: Vec<f32>,
-    /// The page so far, red, green and blue planes (grey uses the first).
+    /// The page so far in linear light: red, green and blue planes (grey uses the first).
     light: [Vec<f32>; 3],
 }
 
 impl Band {
     fn new(width: usize) -> Band {
         let plane = || vec![0.0; width * BAND_ROWS];
-        Band { width, clear: plane(), light: [plane(), plane(), plane()] }
+        Band { width, masks: vec![0; width * BAND_ROWS], clear: plane(), light: [plane(), plane(), plane()] }
     }
 
-    fn draw(&mut self, drawing: &Drawing, bins: &[Bins], k: usize, out: &mut [u8], encoder: &Encoder) {
-        let channels = if out.len() > self.width * BAND_ROWS { 3 } else { self.channels_of(drawing) };
+    fn draw(&mut self, drawing: &Drawing, bins: &[Bins], k: usize, out: &mut [u8], channels: usize, encoder: &Encoder) {
         let pixels = out.len() / channels;
         let top = k * BAND_ROWS;
         let linear = |c: Color| [c.r, c.g, c.b].map(srgb_to_linear);
@@ -107,10 +110,21 @@ impl Band {
             plane[..pixels].fill(light);
         }
         for (layer, bins) in drawing.layers.iter().zip(bins) {
-            let clear = &mut self.clear[..pixels];
+            let (masks, clear) = (&mut self.masks[..pixels], &mut self.clear[..pixels]);
+            masks.fill(0);
             clear.fill(1.0);
             for i in bins.band(k) {
-                stamp(&layer.dots, i, clear, self.width, top);
+                let dots = &layer.dots;
+                if dots.ink[i] >= 1.0 {
+                    cover(dots.x[i], dots.y[i] - top as f32, dots.radius[i], masks, self.width);
+                } else {
+                    stamp(dots, i, clear, self.width, top);
+                }
+            }
+            for (t, mask) in clear.iter_mut().zip(masks.iter()) {
+                if *mask != 0 {
+                    *t *= 1.0 - mask.count_ones() as f32 * (1.0 / 64.0);
+                }
             }
             for (plane, ink) in self.light.iter_mut().zip(linear(layer.color)).take(channels) {
                 for (p, t) in plane.iter_mut().zip(clear.iter()) {
@@ -130,9 +144,40 @@ impl Band {
             }
         }
     }
+}
 
-    fn channels_of(&self, drawing: &Drawing) -> usize {
-        if drawing.paper.is_grey() && drawing.layers.iter().all(|l| l.color.is_grey()) { 1 } else { 3 }
+/// Sample columns and rows of a pixel.
+const COLUMNS: i32 = 16;
+const ROWS: i32 = 4;
+
+/// Sets the samples that a disc covers; `y` is relative to the band's first row.
+#[inline(always)]
+fn cover(x: f32, y: f32, radius: f32, masks: &mut [u64], width: usize) {
+    let height = (masks.len() / width) as i32;
+    // Samples lie at the centres of their cells: sample k at (k + ½) / n.
+    let Some((s0, s1)) = centers((y - radius) * ROWS as f32, (y + radius) * ROWS as f32, (height * ROWS) as usize)
+    else {
+        return;
+    };
+    for s in s0..=s1 {
+        let dy = (s as f32 + 0.5) * (1.0 / ROWS as f32) - y;
+        let half = (radius * radius - dy * dy).max(0.0).sqrt();
+        let (low, high) = ((x - half) * COLUMNS as f32, (x + half) * COLUMNS as f32);
+        let Some((c0, c1)) = centers(low, high, width * COLUMNS as usize) else { continue };
+        let row = s / ROWS as usize * width;
+        let shift = s % ROWS as usize * COLUMNS as usize;
+        let (first, last) = (c0 / COLUMNS as usize, c1 / COLUMNS as usize);
+        let from = 0xffff_u64 << (c0 % COLUMNS as usize) & 0xffff;
+        let to = 0xffff_u64 >> (COLUMNS as usize - 1 - c1 % COLUMNS as usize);
+        if first == last {
+            masks[row + first] |= (from & to) << shift;
+        } else {
+            masks[row + first] |= from << shift;
+            for mask in &mut masks[row + first + 1..row + last] {
+                *mask |= 0xffff << shift;
+            }
+            masks[row + last] |= to << shift;
+        }
     }
 }
 
@@ -156,7 +201,7 @@ impl Disc {
     }
 }
 
-/// Multiplies what shows through by what dot `i` leaves clear.
+/// Multiplies what shows through by what dot `i`, of partial strength, leaves clear.
 #[inline(always)]
 fn stamp(dots: &Dots, i: usize, clear: &mut [f32], width: usize, top: usize) {
     let (x, y) = (dots.x[i], dots.y[i] - top as f32);
@@ -173,5 +218,71 @@ fn stamp(dots: &Dots, i: usize, clear: &mut [f32], width: usize, top: usize) {
             let distance = (dx * dx + dy * dy).sqrt();
             *t *= 1.0 - strength * (reach - distance).clamp(0.0, 1.0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dotwork_drawing::hash::{hash2, unit};
+    use dotwork_drawing::{Layer, Page};
+
+    fn dots(n: u32, side: f32, radius: f32, ink: f32) -> Dots {
+        let mut dots = Dots::default();
+        for i in 0..n {
+            // Ten radii from the edges, so that every dot lies whole on the page.
+            dots.x.push(10.0 + unit(hash2(i, 1)) * (side - 20.0));
+            dots.y.push(10.0 + unit(hash2(i, 2)) * (side - 20.0));
+            dots.depth.push(1.0);
+            dots.radius.push(radius);
+            dots.size.push(1.0);
+            dots.ink.push(ink);
+            dots.id.push(u64::from(i));
+            dots.stipple.push(i);
+        }
+        dots
+    }
+
+    fn total_ink(dots: Dots, side: u32) -> f64 {
+        let mut drawing = Drawing::new(Page::pixels(side, side).unwrap(), Color::WHITE);
+        drawing.layers.push(Layer { object: "o".into(), color: Color::BLACK, dots });
+        let mut raster = Raster::default();
+        Rasterizer::new().draw(&drawing, &mut raster);
+        assert_eq!((raster.channels, raster.samples.len()), (1, (side * side) as usize));
+        raster.samples.iter().map(|&c| 1.0 - f64::from(srgb_to_linear(c))).sum()
+    }
+
+    #[test]
+    fn lonely_dots_carry_exactly_their_area() {
+        // 60 dots on a large page hardly meet.
+        for radius in [0.3f32, 0.6, 1.0, 1.7, 3.0] {
+            for (ink, tolerance) in [(1.0f32, 0.03), (0.5, 0.03)] {
+                let n = 60;
+                let expected = std::f64::consts::PI * f64::from(radius).powi(2) * f64::from(ink) * f64::from(n);
+                let got = total_ink(dots(n, 1000.0, radius, ink), 1000);
+                assert!((got / expected - 1.0).abs() < tolerance, "radius {radius} ink {ink}: {got} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn overlapping_dots_cover_their_union() {
+        let mut two = dots(1, 100.0, 5.0, 1.0);
+        let one = total_ink(two.clone(), 100);
+        two.extend_from(&two.clone());
+        assert_eq!(total_ink(two, 100), one);
+    }
+
+    #[test]
+    fn colour_pictures_have_three_channels() {
+        let red = Color { r: 200, g: 0, b: 0 };
+        let mut drawing = Drawing::new(Page::pixels(64, 40).unwrap(), Color::WHITE);
+        drawing.layers.push(Layer { object: "o".into(), color: red, dots: dots(1, 40.0, 9.0, 1.0) });
+        let mut raster = Raster::default();
+        Rasterizer::new().draw(&drawing, &mut raster);
+        assert_eq!((raster.channels, raster.samples.len()), (3, 64 * 40 * 3));
+        let (x, y) = (drawing.layers[0].dots.x[0] as usize, drawing.layers[0].dots.y[0] as usize);
+        assert_eq!(raster.samples[(y * 64 + x) * 3..][..3], [200, 0, 0]);
+        assert_eq!(raster.samples[..3], [255, 255, 255]);
     }
 }
