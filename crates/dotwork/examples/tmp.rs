@@ -7,5 +7,5 @@ fn main(){ let a:Vec<String>=std::env::args().collect(); let mut w=Warnings::new
  s.bake(|_|()); let t3=t.elapsed(); let mut ar=Artist::new(); let mut d=ar.draw(&s); let t4=t.elapsed(); let mut ra=Rasterizer::new(); let mut r=Raster::default(); ra.draw(&d,&mut r); let t5=t.elapsed();
  let f=std::fs::File::create(&a[2]).unwrap(); let px= if r.channels==1 {dotwork_export::Pixels::Grey(&r.samples)} else {dotwork_export::Pixels::Rgb(&r.samples)}; dotwork_export::write_png(f,&dotwork_export::RasterView{width:r.width,height:r.height,pixels:px},11811,&[]).unwrap(); let t6=t.elapsed();
  println!("read {t1:?} build {:?} bake {:?} draw {:?} raster {:?} png {:?} | stock {} dots {} exhausted {:.3}", t2-t1,t3-t2,t4-t3,t5-t4,t6-t5, s.objects[0].stock.as_ref().unwrap().len(), d.dot_count(), ar.exhausted(&s));
- for _ in 0..4 { let t=Instant::now(); s.camera.azimuth+=0.5; ar.draw_into(&s,&mut d); let a=t.elapsed(); ra.draw(&d,&mut r); println!("next: frame {a:?} raster {:?}", t.elapsed()-a); }
+ for _ in 0..200 { let t=Instant::now(); s.camera.azimuth+=0.5; ar.draw_into(&s,&mut d); let a=t.elapsed(); ra.draw(&d,&mut r); println!("next: frame {a:?} raster {:?}", t.elapsed()-a); }
  for x in w.iter(){println!("warning: {x}");} }

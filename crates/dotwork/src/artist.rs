@@ -81,9 +81,9 @@ impl Artist {
         let mut old = std::mem::take(&mut self.plans).into_iter();
         for object in &scene.objects {
             let Some(stock) = &object.stock else { continue };
-            let same = old.next().filter(|p| {
-                Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
-            });
+            let same = old
+                .next()
+                .filter(|p| Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page);
             self.plans.push(same.unwrap_or_else(|| Planned {
                 stock: stock.clone(),
                 style: object.style.clone(),

@@ -1,5 +1,7 @@
 //! The scene: what is drawn, from where, in what light and on what page.
 
+use std::fmt;
+use std::str::FromStr;
 use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Light, Page, View, Warnings};
@@ -11,6 +13,12 @@ use crate::artist::Artist;
 
 /// Most stipples that [`Stipples::Auto`] bakes for one object.
 pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
+
+/// Most stipples that can be asked for.
+pub const MAX_STIPPLES: usize = 50_000_000;
+
+/// Smallest and largest [`Camera::zoom`] that can be asked for.
+pub const ZOOM: (f32, f32) = (1e-3, 1e6);
 
 /// Stipples of the first, small bake that tells how many are needed.
 const PILOT_STIPPLES: usize = 16_384;
@@ -25,11 +33,44 @@ pub enum Stipples {
     Count(usize),
 }
 
+impl fmt::Display for Stipples {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stipples::Auto => f.write_str("auto"),
+            Stipples::Count(n) => write!(f, "{n}"),
+        }
+    }
+}
+
+impl FromStr for Stipples {
+    type Err = String;
+
+    /// Reads `auto`, or a number from 1 to [`MAX_STIPPLES`].
+    fn from_str(s: &str) -> Result<Self, String> {
+        match s.parse::<usize>() {
+            _ if s == "auto" => Ok(Stipples::Auto),
+            Ok(n) if (1..=MAX_STIPPLES).contains(&n) => Ok(Stipples::Count(n)),
+            _ => Err(format!("'{s}' is neither auto nor a number from 1 to {MAX_STIPPLES}")),
+        }
+    }
+}
+
+/// Where an object came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Name of the file, without its folder, or `demo:NAME`.
+    pub file: String,
+    /// XXH64 of the file's bytes; `None` for demos.
+    pub checksum: Option<u64>,
+}
+
 /// A surface with its style and, once baked, its stipples.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Its name, unique in the scene by convention.
+    /// Its name, unique in the scene by convention; see [`Scene::add`].
     pub name: String,
+    /// Where it came from, if from a file.
+    pub source: Option<Source>,
     /// Its surface.
     pub mesh: Arc<Mesh>,
     /// How it is drawn.
@@ -43,10 +84,42 @@ impl Object {
     ///
     /// # Errors
     /// See [`MeshError`]: no triangles, indices out of range, coordinates that are not numbers, no area.
-    pub fn new(name: impl Into<String>, raw: RawMesh, style: Style, warnings: &mut Warnings) -> Result<Object, MeshError> {
+    pub fn new(
+        name: impl Into<String>,
+        raw: RawMesh,
+        style: Style,
+        warnings: &mut Warnings,
+    ) -> Result<Object, MeshError> {
         let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
         let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
-        Ok(Object { name: name.into(), mesh, style, stock: None })
+        Ok(Object { name: name.into(), source: None, mesh, style, stock: None })
+    }
+
+    /// Draws this object in another style from now on.
+    ///
+    /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake.
+    ///
+    /// # Errors
+    /// As [`Object::new`], for a mesh that did not come from there.
+    pub fn restyle(&mut self, style: Style) -> Result<(), MeshError> {
+        if style.crease_angle != self.style.crease_angle {
+            let old = &self.mesh;
+            let raw = RawMesh {
+                positions: old.positions.iter().map(|p| p.to_array()).collect(),
+                triangles: old.triangles.clone(),
+                origin: old.origin,
+                polygons: old.triangles.len(),
+            };
+            let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
+            let mesh = Mesh::build(raw, &options, &mut Warnings::new())?;
+            // A mesh in order keeps its triangles; stipples of any other have lost their places.
+            let kept = mesh.triangles == old.triangles && mesh.positions == old.positions;
+            self.stock =
+                self.stock.take().filter(|_| kept).map(|s| Arc::new(Stock::on_mesh(s.baked.clone(), &mesh)));
+            self.mesh = Arc::new(mesh);
+        }
+        self.style = style;
+        Ok(())
     }
 
     /// Bakes `count` stipples.
@@ -80,6 +153,16 @@ impl Scene {
         Scene { objects: vec![object], ..Scene::default() }
     }
 
+    /// Adds an object; if its name is taken it becomes `NAME-2`, `NAME-3`, ….
+    pub fn add(&mut self, mut object: Object) {
+        let taken = |name: &str| self.objects.iter().any(|o| o.name == name);
+        if taken(&object.name) {
+            let free = (2..).map(|k| format!("{}-{k}", object.name)).find(|name| !taken(name));
+            object.name = free.unwrap_or_default();
+        }
+        self.objects.push(object);
+    }
+
     /// Centre and radius of a sphere around all objects, object units.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         let spheres: Vec<(Vec3, f32)> = self.objects.iter().map(|o| o.mesh.bounding_sphere()).collect();
@@ -105,7 +188,8 @@ impl Scene {
     ///
     /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are.
     pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
-        let missing: Vec<usize> = (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
+        let missing: Vec<usize> =
+            (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
         if missing.is_empty() {
             return;
         }
@@ -116,7 +200,10 @@ impl Scene {
                     self.objects[k].bake(PILOT_STIPPLES, self.seed, &mut |_| ());
                 }
                 let mut artist = Artist::new();
-                missing.iter().map(|&k| artist.stipples_needed(self, k).clamp(PILOT_STIPPLES, MAX_AUTO_STIPPLES)).collect()
+                missing
+                    .iter()
+                    .map(|&k| artist.stipples_needed(self, k).clamp(PILOT_STIPPLES, MAX_AUTO_STIPPLES))
+                    .collect()
             }
         };
         let whole = counts.iter().sum::<usize>().max(1) as f32;

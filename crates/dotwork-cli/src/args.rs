@@ -1,0 +1,397 @@
+//! What was typed: the command line, its help, and the checks that need nothing but the words themselves.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use dotwork::drawing::page::parse_paper_mm;
+use dotwork::{Camera, Color, Length, Light, LightFrame, Page, Stipples, Style, UpAxis};
+
+/// The whole command line.
+#[derive(Parser)]
+#[command(
+    name = "dotwork",
+    version,
+    max_term_width = 80,
+    disable_help_flag = true,
+    disable_version_flag = true,
+    disable_help_subcommand = true,
+    about = "draw 3D data as stipple illustrations",
+    after_help = "\
+Examples:
+  dotwork render demo:teapot -o teapot.png
+  dotwork render bunny.ply -o plate.png --style hard --camera -30,20
+  dotwork render bunny.ply -o plate.png --page A5 --dpi 600 --pen 0.25mm
+  dotwork styles              list the styles
+  dotwork styles --keys       every style key: value, range, meaning
+
+Exit code 0: done; 1: the run failed; 2: the command was not understood."
+)]
+pub struct Cli {
+    /// what to do
+    #[command(subcommand)]
+    pub command: Command,
+
+    /// work with this many threads; the result is the same with any number
+    /// [default: one for each core]
+    #[arg(long, global = true, value_name = "N", value_parser = parse_threads, help_heading = "Run")]
+    pub threads: Option<usize>,
+
+    /// print neither warnings nor progress, only errors
+    /// [default: print them]
+    #[arg(long, short, global = true, help_heading = "Run")]
+    pub quiet: bool,
+
+    /// print this help
+    #[arg(long, short, global = true, action = ArgAction::HelpShort, help_heading = "Run")]
+    pub help: Option<bool>,
+
+    /// print the version
+    #[arg(long, short = 'V', action = ArgAction::Version, help_heading = "Run")]
+    pub version: Option<bool>,
+}
+
+/// What to do.
+#[derive(Subcommand)]
+pub enum Command {
+    /// draw a picture: png, csv or json
+    Render(RenderArgs),
+    /// do the expensive half once: write stipples, surface and settings to a .dots file
+    Bake(BakeArgs),
+    /// say what is in a file
+    Info(InfoArgs),
+    /// list the styles, or every key of one
+    Styles(StylesArgs),
+    /// write a built-in shape to a mesh file, or list them
+    Demo(DemoArgs),
+    /// measure the speed of this machine
+    Bench(BenchArgs),
+    /// print a completion script for a shell
+    #[command(after_help = "\
+Example:
+  dotwork completions bash > ~/.local/share/bash-completion/completions/dotwork")]
+    Completions {
+        /// the shell
+        shell: clap_complete::Shell,
+    },
+    /// print the manual page
+    #[command(after_help = "\
+Examples:
+  dotwork man | man -l -
+  dotwork man render > dotwork-render.1")]
+    Man {
+        /// a subcommand [default: the page of dotwork itself]
+        command: Option<String>,
+    },
+}
+
+/// `dotwork render`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork render bunny.ply -o bunny.png
+  dotwork render bunny.ply -o bunny.png --style night --size 1600x1200
+  dotwork render scan.obj -o scan.png --up z --camera left --light 30,50
+  dotwork render a.ply b.ply -o both.csv --csv full --stipples 200000
+  dotwork render bunny.dots -o again.png --set gamma=1.7 --set color=#223344
+
+Where options meet: a style (--style, or what a .dots file holds), then --set,
+then --pen and --paper.")]
+pub struct RenderArgs {
+    /// what to draw: mesh files (PLY, OBJ, also .gz), .dots files, demo:NAME
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// the file to write; its ending says the format: png, csv or json
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// columns of a .csv output: full adds place and normal, x,y,z,nx,ny,nz
+    /// [default: plain]
+    #[arg(long, value_enum, value_name = "COLUMNS")]
+    pub csv: Option<CsvColumns>,
+
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+/// `dotwork bake`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork bake bunny.ply -o bunny.dots
+  dotwork bake bunny.ply -o bunny.dots --stipples 500000 --style engraving
+  dotwork render bunny.dots -o front.png --camera front
+
+The file holds everything: render draws it as it would draw the sources. The
+options given here become its defaults.")]
+pub struct BakeArgs {
+    /// what to bake: mesh files (PLY, OBJ, also .gz), .dots files, demo:NAME
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// the .dots file to write
+    #[arg(short, long, value_name = "FILE.dots")]
+    pub output: PathBuf,
+
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+/// The options that make a scene.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// a style by name, or a style file (FILE.toml); see dotwork styles
+    /// [default: soft]
+    #[arg(long, value_name = "NAME|FILE.toml", help_heading = "Style")]
+    pub style: Option<String>,
+
+    /// change one key of the style, for example --set tone=0.3; repeatable;
+    /// dotwork styles --keys lists the keys
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse_set, help_heading = "Style")]
+    pub set: Vec<String>,
+
+    /// draw with a pen: every dot has this diameter (dot_size = the pen's,
+    /// fade = off, foreshorten = 0, grow = 0) [default: no pen]
+    #[arg(long, value_name = "0.25mm", value_parser = parse_pen, help_heading = "Style")]
+    pub pen: Option<Length>,
+
+    /// colour of the paper [default: the style's]
+    #[arg(long, value_name = "#rrggbb", help_heading = "Style")]
+    pub paper: Option<Color>,
+
+    /// how stipples are placed [default: blue-noise]
+    #[arg(long, value_enum, value_name = "METHOD", help_heading = "Stipples")]
+    pub bake: Option<BakeMethod>,
+
+    /// how many stipples: a number for each object, or auto: what the darkest
+    /// tone of this page needs [default: auto]
+    #[arg(long, value_name = "N|auto", help_heading = "Stipples")]
+    pub stipples: Option<Stipples>,
+
+    /// seed of every random choice [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Stipples")]
+    pub seed: Option<u32>,
+
+    /// size in pixels, WxH or one number for a square [default: 1024x1024]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with = "page", help_heading = "Page")]
+    pub size: Option<[u32; 2]>,
+
+    /// paper size: A0 to A8, Letter, these with -landscape, or WxHmm
+    /// [default: --size]
+    #[arg(long, value_name = "A5|WxHmm", value_parser = parse_paper_mm, help_heading = "Page")]
+    pub page: Option<(f32, f32)>,
+
+    /// margin on all sides: mm, px, or % of the shorter side [default: 0mm]
+    #[arg(long, value_name = "10mm", help_heading = "Page")]
+    pub margin: Option<Length>,
+
+    /// resolution in pixels an inch [default: 300]
+    #[arg(long, value_name = "N", value_parser = parse_dpi, help_heading = "Page")]
+    pub dpi: Option<f32>,
+
+    /// where the eye is: degrees to the right, degrees up, and the distance in
+    /// bounding radii (fitted if left out); or front, back, left, right, top,
+    /// bottom [default: 20,15]
+    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true, value_parser = parse_camera, help_heading = "View")]
+    pub camera: Option<Camera>,
+
+    /// parallel projection [default: perspective]
+    #[arg(long, help_heading = "View")]
+    pub ortho: bool,
+
+    /// enlarge about the middle of the page, after fitting [default: 1]
+    #[arg(long, value_name = "Z", value_parser = parse_zoom, help_heading = "View")]
+    pub zoom: Option<f32>,
+
+    /// where the light is, in degrees to the right and up [default: -40,40]
+    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true, value_parser = Light::parse, help_heading = "View")]
+    pub light: Option<Light>,
+
+    /// what the light's angles start from: viewer (it follows the eye) or object
+    /// (it stays with the object) [default: viewer]
+    #[arg(long, value_name = "FRAME", help_heading = "View")]
+    pub light_frame: Option<LightFrame>,
+
+    /// which axis of the data points up: x, y or z [default: y]
+    #[arg(long, value_name = "AXIS", help_heading = "View")]
+    pub up: Option<UpAxis>,
+
+    /// what does the work; auto takes the fastest there is, at present cpu
+    #[arg(long, value_enum, default_value_t = Backend::Auto, help_heading = "Run")]
+    pub backend: Backend,
+}
+
+/// Columns of the drawing table.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CsvColumns {
+    /// what is on the page
+    Plain,
+    /// with place and normal
+    Full,
+}
+
+/// Bake methods.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BakeMethod {
+    /// exact farthest-point order: evenly spread at every tone
+    BlueNoise,
+}
+
+/// Backends.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// the fastest there is
+    Auto,
+    /// all cores of the processor
+    Cpu,
+}
+
+/// `dotwork info`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork info bunny.ply
+  dotwork info bunny.dots --json")]
+pub struct InfoArgs {
+    /// a mesh file, a .dots file, or demo:NAME
+    pub input: PathBuf,
+
+    /// print JSON [default: words]
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `dotwork styles`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork styles
+  dotwork styles night
+  dotwork styles --keys
+  dotwork styles --json")]
+pub struct StylesArgs {
+    /// show every key of this style: a name, or a style file (FILE.toml)
+    #[arg(value_name = "NAME|FILE.toml")]
+    pub name: Option<String>,
+
+    /// show every key of the style (without a name: of the default one), with
+    /// value, default, range and meaning [default: only with a name]
+    #[arg(long)]
+    pub keys: bool,
+
+    /// print JSON [default: words]
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `dotwork demo`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork demo
+  dotwork demo teapot -o teapot.ply
+  dotwork render demo:teapot -o teapot.png")]
+pub struct DemoArgs {
+    /// the shape [default: list them]
+    #[arg(requires = "output")]
+    pub name: Option<String>,
+
+    /// the mesh file to write: .ply or .obj
+    #[arg(short, long, value_name = "FILE.ply|FILE.obj", requires = "name")]
+    pub output: Option<PathBuf>,
+}
+
+/// `dotwork bench`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork bench
+  dotwork bench bunny.ply dragon.ply.gz --size 1024 --threads 1
+  dotwork bench --json > bench.json")]
+pub struct BenchArgs {
+    /// meshes to measure with [default: demo:teapot demo:ribbon]
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// stipples to bake for each input
+    #[arg(long, value_name = "N", default_value_t = 144_000, value_parser = parse_stipple_count)]
+    pub stipples: usize,
+
+    /// sizes of the picture in pixels, WxH or one number; repeatable
+    /// [default: 512 and 1024]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Vec<[u32; 2]>,
+
+    /// print JSON [default: a table]
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_threads(s: &str) -> Result<usize, String> {
+    s.parse().ok().filter(|n| (1..=1024).contains(n)).ok_or_else(|| "write a number from 1 to 1024".into())
+}
+
+fn parse_set(s: &str) -> Result<String, String> {
+    Style::default().set_pair(s).map(|()| s.to_string())
+}
+
+fn parse_pen(s: &str) -> Result<Length, String> {
+    let length: Length = s.parse()?;
+    if length.value > 0.0 { Ok(length) } else { Err("a pen has a width above 0".into()) }
+}
+
+fn parse_size(s: &str) -> Result<[u32; 2], String> {
+    let (w, h) = s.split_once('x').unwrap_or((s, s));
+    match (w.parse(), h.parse()) {
+        (Ok(w), Ok(h)) => Page::pixels(w, h).map(|_| [w, h]),
+        _ => Err("write WIDTHxHEIGHT in pixels, for example 1024x768, or one number".into()),
+    }
+}
+
+fn parse_dpi(s: &str) -> Result<f32, String> {
+    let dpi = s.parse().map_err(|_| "write a number of pixels an inch, for example 600")?;
+    Page { dpi, ..Page::default() }.checked().map(|_| dpi)
+}
+
+fn parse_camera(s: &str) -> Result<Camera, String> {
+    let mut camera = Camera::default();
+    camera.set_direction(s).map(|()| camera)
+}
+
+fn parse_zoom(s: &str) -> Result<f32, String> {
+    let (min, max) = dotwork::ZOOM;
+    s.parse()
+        .ok()
+        .filter(|z| (min..=max).contains(z))
+        .ok_or_else(|| format!("write a number from {min} to {max}"))
+}
+
+fn parse_stipple_count(s: &str) -> Result<usize, String> {
+    match s.parse()? {
+        Stipples::Count(n) => Ok(n),
+        Stipples::Auto => Err("write a number".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn help_fits_80_columns() {
+        let mut command = Cli::command();
+        command.build();
+        for sub in command.get_subcommands_mut() {
+            let help = sub.render_help().to_string();
+            let widest = help.lines().map(|l| l.chars().count()).max();
+            assert!(widest <= Some(80), "{}: {widest:?} columns\n{help}", sub.get_name());
+        }
+    }
+}

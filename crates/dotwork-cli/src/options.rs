@@ -1,0 +1,102 @@
+//! What the options mean for a style and for a scene.
+
+use dotwork::drawing::Page;
+use dotwork::ink::{Fade, PRESETS};
+use dotwork::{Length, Scene, Stipples, Style, preset, read_style};
+
+use crate::args::SceneArgs;
+use crate::report::Failure;
+
+/// Options checked: the style is read, the page can be drawn.
+pub struct Options<'a> {
+    args: &'a SceneArgs,
+    /// The style asked for by `--style`.
+    style: Option<Style>,
+}
+
+impl<'a> Options<'a> {
+    /// Checks everything that can be checked before an input is read.
+    pub fn new(args: &'a SceneArgs) -> Result<Options<'a>, Failure> {
+        let style = args.style.as_deref().map(style_by_name).transpose()?;
+        let options = Options { args, style };
+        options.apply(&mut Scene::default())?;
+        Ok(options)
+    }
+
+    /// The style of an object whose own style is `own`.
+    pub fn style(&self, own: &Style) -> Style {
+        let mut style = self.style.as_ref().unwrap_or(own).clone();
+        for pair in &self.args.set {
+            // Checked when it was parsed.
+            let _ = style.set_pair(pair);
+        }
+        if let Some(pen) = self.args.pen {
+            (style.dot_size, style.fade, style.foreshorten, style.grow) = (pen, Fade::Off, 0.0, 0.0);
+        }
+        if let Some(paper) = self.args.paper {
+            style.paper = paper;
+        }
+        style
+    }
+
+    /// Puts camera, light, page, seed and stipples into a scene, over what it has.
+    pub fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let args = self.args;
+        let camera = &mut scene.camera;
+        if let Some(c) = args.camera {
+            (camera.azimuth, camera.elevation, camera.distance) = (c.azimuth, c.elevation, c.distance);
+        }
+        camera.ortho |= args.ortho;
+        camera.zoom = args.zoom.unwrap_or(camera.zoom);
+        camera.up = args.up.unwrap_or(camera.up);
+        if let Some(l) = args.light {
+            (scene.light.azimuth, scene.light.elevation) = (l.azimuth, l.elevation);
+        }
+        scene.light.frame = args.light_frame.unwrap_or(scene.light.frame);
+        scene.seed = args.seed.unwrap_or(scene.seed);
+        scene.stipples = args.stipples.unwrap_or(scene.stipples);
+        scene.page = self.page(scene.page).map_err(Failure::Usage)?;
+        Ok(())
+    }
+
+    /// The page asked for, over the page there is. A margin that is not asked for keeps its millimetres.
+    fn page(&self, old: Page) -> Result<Page, String> {
+        let args = self.args;
+        let dpi = args.dpi.unwrap_or(old.dpi);
+        let margin = args.margin.unwrap_or(Length::mm(old.margin_px * old.mm_per_px()));
+        let mut page = match (args.page, args.size) {
+            (Some((width, height)), _) => Page::millimetres(width, height, dpi)?,
+            (None, Some([width, height])) => Page { dpi, ..Page::pixels(width, height)? },
+            (None, None) => Page { dpi, margin_px: 0.0, ..old },
+        };
+        // An old margin in pixels that did not change stays exactly as it was.
+        let unchanged = args.margin.is_none() && dpi == old.dpi;
+        page.margin_px = if unchanged { old.margin_px } else { margin.to_px(&page) };
+        page.checked()
+    }
+
+    /// The seed, if one is asked for.
+    pub fn seed(&self) -> Option<u32> {
+        self.args.seed
+    }
+
+    /// The number of stipples, if one is asked for.
+    pub fn stipples(&self) -> Option<Stipples> {
+        self.args.stipples
+    }
+}
+
+/// The style with this name, or in this file.
+pub fn style_by_name(name: &str) -> Result<Style, Failure> {
+    if let Some(style) = preset(name) {
+        return Ok(style);
+    }
+    if name.to_ascii_lowercase().ends_with(".toml") {
+        return Ok(read_style(name)?.style);
+    }
+    let names: Vec<&str> = PRESETS.iter().map(|p| p.name).collect();
+    let names = names.join(", ");
+    Err(Failure::Usage(format!(
+        "there is no style '{name}'; the styles are {names}, or a style file FILE.toml"
+    )))
+}

@@ -1,0 +1,168 @@
+//! The settings of a scene as TOML: what a `.dots` file and a PNG carry about how they were made.
+
+use dotwork_drawing::{Camera, Light, LightFrame, Page, UpAxis};
+use dotwork_ink::{PARAMS, Style};
+use toml::{Table, Value};
+
+use crate::scene::{Scene, Source, ZOOM};
+
+/// An object as its settings describe it.
+pub(super) struct Described {
+    pub name: String,
+    pub source: Option<Source>,
+    pub style: Style,
+}
+
+/// The settings of a scene's baked objects, of its camera, light and page, and the version of dotwork, as TOML.
+///
+/// The same scene gives the same text, whether it was read from its sources or from a `.dots` file.
+pub fn settings_text(scene: &Scene) -> String {
+    let mut objects = Vec::new();
+    for object in scene.objects.iter().filter(|o| o.stock.is_some()) {
+        let mut style = Table::new();
+        for param in PARAMS {
+            style.insert(param.name.into(), Value::String(param.get(&object.style)));
+        }
+        let mut table = Table::new();
+        table.insert("name".into(), Value::String(object.name.clone()));
+        if let Some(source) = &object.source {
+            table.insert("source".into(), Value::String(source.file.clone()));
+            if let Some(checksum) = source.checksum {
+                table.insert("checksum".into(), Value::String(format!("{checksum:016x}")));
+            }
+        }
+        table.insert("style".into(), Value::Table(style));
+        objects.push(Value::Table(table));
+    }
+    let Camera { azimuth, elevation, distance, ortho, zoom, up } = scene.camera;
+    let mut camera = Table::new();
+    camera.insert("azimuth".into(), number(azimuth));
+    camera.insert("elevation".into(), number(elevation));
+    if let Some(distance) = distance {
+        camera.insert("distance".into(), number(distance));
+    }
+    camera.insert("ortho".into(), Value::Boolean(ortho));
+    camera.insert("zoom".into(), number(zoom));
+    camera.insert("up".into(), Value::String(up.to_string()));
+    let mut light = Table::new();
+    light.insert("azimuth".into(), number(scene.light.azimuth));
+    light.insert("elevation".into(), number(scene.light.elevation));
+    let frame = match scene.light.frame {
+        LightFrame::Viewer => "viewer",
+        LightFrame::Object => "object",
+    };
+    light.insert("frame".into(), Value::String(frame.into()));
+    let mut page = Table::new();
+    page.insert("width_px".into(), Value::Integer(scene.page.width.into()));
+    page.insert("height_px".into(), Value::Integer(scene.page.height.into()));
+    page.insert("dpi".into(), number(scene.page.dpi));
+    page.insert("margin_px".into(), number(scene.page.margin_px));
+    let mut all = Table::new();
+    all.insert("dotwork".into(), Value::String(env!("CARGO_PKG_VERSION").into()));
+    all.insert("seed".into(), Value::Integer(scene.seed.into()));
+    all.insert("stipples".into(), Value::String(scene.stipples.to_string()));
+    all.insert("camera".into(), Value::Table(camera));
+    all.insert("light".into(), Value::Table(light));
+    all.insert("page".into(), Value::Table(page));
+    all.insert("object".into(), Value::Array(objects));
+    all.to_string()
+}
+
+/// The scene without its surfaces, and its objects as described.
+pub(super) fn read(text: &str) -> Result<(Scene, Vec<Described>), String> {
+    let all: Table = text.parse().map_err(|_| "section 'settings' is not TOML")?;
+    let all = Settings { table: &all, of: "settings" };
+    let camera = all.table("camera")?;
+    let distance = camera.table.get("distance").map(|_| camera.number("distance", 1.0, 1e6)).transpose()?;
+    let light = all.table("light")?;
+    let page = all.table("page")?;
+    let scene = Scene {
+        camera: Camera {
+            azimuth: camera.number("azimuth", f32::MIN, f32::MAX)?,
+            elevation: camera.number("elevation", -90.0, 90.0)?,
+            distance,
+            ortho: camera.get("ortho")?.as_bool().ok_or("camera: ortho is not true or false")?,
+            zoom: camera.number("zoom", ZOOM.0, ZOOM.1)?,
+            up: camera.text("up")?.parse::<UpAxis>()?,
+        },
+        light: Light {
+            azimuth: light.number("azimuth", f32::MIN, f32::MAX)?,
+            elevation: light.number("elevation", f32::MIN, f32::MAX)?,
+            frame: light.text("frame")?.parse::<LightFrame>()?,
+        },
+        page: Page {
+            width: page.integer("width_px")?,
+            height: page.integer("height_px")?,
+            dpi: page.number("dpi", 0.0, f32::MAX)?,
+            margin_px: page.number("margin_px", 0.0, f32::MAX)?,
+        }
+        .checked()?,
+        stipples: all.text("stipples")?.parse()?,
+        seed: all.integer("seed")?,
+        objects: Vec::new(),
+    };
+    let objects = all.get("object")?.as_array().ok_or("settings: object is not a list")?;
+    Ok((scene, objects.iter().map(|o| described(o, &all)).collect::<Result<_, _>>()?))
+}
+
+fn described(object: &Value, all: &Settings) -> Result<Described, String> {
+    let object =
+        Settings { table: object.as_table().ok_or("settings: an object is not a table")?, of: "object" };
+    let checksum = match object.table.get("checksum") {
+        None => None,
+        Some(v) => {
+            let parse = v.as_str().and_then(|s| u64::from_str_radix(s, 16).ok());
+            Some(parse.ok_or("object: checksum is not a hexadecimal number")?)
+        }
+    };
+    let source = match object.table.get("source") {
+        None => None,
+        Some(v) => Some(Source { file: v.as_str().ok_or("object: source is not a text")?.into(), checksum }),
+    };
+    let mut style = Style::default();
+    for (key, value) in object.table("style")?.table {
+        let set =
+            value.as_str().ok_or_else(|| format!("{key} is not a text")).and_then(|v| style.set(key, v));
+        set.map_err(|e| {
+            format!("written by dotwork {}: style: {e}", all.text("dotwork").unwrap_or("of unknown version"))
+        })?;
+    }
+    Ok(Described { name: object.text("name")?.into(), source, style })
+}
+
+/// A float that reads back as the same `f32`, short where it can be.
+fn number(v: f32) -> Value {
+    let short = v.to_string().parse::<f64>().ok().filter(|d| *d as f32 == v);
+    Value::Float(short.unwrap_or(f64::from(v)))
+}
+
+/// A table with its name for messages.
+struct Settings<'a> {
+    table: &'a Table,
+    of: &'static str,
+}
+
+impl<'a> Settings<'a> {
+    fn get(&self, key: &str) -> Result<&'a Value, String> {
+        self.table.get(key).ok_or_else(|| format!("{}: {key} is missing", self.of))
+    }
+
+    fn table(&self, key: &'static str) -> Result<Settings<'a>, String> {
+        let table = self.get(key)?.as_table().ok_or_else(|| format!("{}: {key} is not a table", self.of))?;
+        Ok(Settings { table, of: key })
+    }
+
+    fn text(&self, key: &str) -> Result<&'a str, String> {
+        self.get(key)?.as_str().ok_or_else(|| format!("{}: {key} is not a text", self.of))
+    }
+
+    fn number(&self, key: &str, min: f32, max: f32) -> Result<f32, String> {
+        let value = self.get(key)?.as_float().map(|v| v as f32).filter(|v| (min..=max).contains(v));
+        value.ok_or_else(|| format!("{}: {key} is not a number from {min} to {max}", self.of))
+    }
+
+    fn integer(&self, key: &str) -> Result<u32, String> {
+        let value = self.get(key)?.as_integer().and_then(|v| u32::try_from(v).ok());
+        value.ok_or_else(|| format!("{}: {key} is not a whole number below 2^32", self.of))
+    }
+}

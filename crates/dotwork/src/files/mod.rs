@@ -1,0 +1,63 @@
+//! Files in and out: what a scene is read from, and what a drawing is written to.
+
+mod input;
+mod output;
+
+use std::path::PathBuf;
+
+use dotwork_export::ExportError;
+use dotwork_io::ReadError;
+use dotwork_io::dots::DotsError;
+use dotwork_mesh::MeshError;
+use dotwork_mesh::shapes::DEMOS;
+
+pub use input::{Loaded, MeshFile, load, open};
+pub use output::{Format, encode_drawing, write_drawing};
+
+/// Why a file was not read or written. Displays as one line, `FILE: place: reason`.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// A mesh file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A mesh was read and cannot be used.
+    #[error("{}: {source}", one_line(input))]
+    Mesh {
+        /// The file or `demo:NAME`.
+        input: String,
+        /// What is wrong with the mesh.
+        source: MeshError,
+    },
+    /// A `.dots` file cannot be read.
+    #[error(transparent)]
+    Dots(#[from] DotsError),
+    /// There is no such demo.
+    #[error("demo:{}: there is no such demo; the demos are {}", one_line(name), demo_names())]
+    UnknownDemo {
+        /// The name after `demo:`.
+        name: String,
+    },
+    /// A style file cannot be understood.
+    #[error("{}:{line}: {reason}", one_line(&path.to_string_lossy()))]
+    Style {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What was expected.
+        reason: String,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] ExportError),
+}
+
+fn demo_names() -> String {
+    DEMOS.iter().map(|d| d.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Text with its control characters escaped: file names may hold line breaks.
+fn one_line(text: &str) -> String {
+    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+}

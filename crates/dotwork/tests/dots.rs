@@ -1,0 +1,188 @@
+//! `.dots` files: they come back as they were, and hostile ones are refused.
+#![cfg(feature = "files")]
+
+use std::path::Path;
+
+use dotwork::io::dots::{Kind, Reader, Writer};
+use dotwork::{
+    Format, LightFrame, Page, Scene, Stipples, Style, UpAxis, Warnings, encode_dots, encode_drawing, load,
+    open, preset, save_dots, settings_text,
+};
+
+/// Two baked objects and no setting at its default.
+fn scene() -> Scene {
+    let mut warnings = Warnings::new();
+    let mut creased = preset("sepia").unwrap();
+    creased.set("crease_angle", "20").unwrap();
+    let mut scene = open("demo:teapot", &creased, &mut warnings).unwrap();
+    scene.add(open("demo:torus", &Style::default(), &mut warnings).unwrap().objects.remove(0));
+    scene.stipples = Stipples::Count(3000);
+    scene.seed = 7;
+    scene.page = Page { dpi: 123.4, margin_px: 3.3, ..Page::pixels(200, 150).unwrap() };
+    scene.camera.set_direction("-33.3,12.1,7.7").unwrap();
+    (scene.camera.ortho, scene.camera.zoom, scene.camera.up) = (true, 1.1, UpAxis::Z);
+    (scene.light.azimuth, scene.light.elevation, scene.light.frame) = (0.1, -0.2, LightFrame::Object);
+    scene.bake(|_| ());
+    scene
+}
+
+fn drawn(scene: &mut Scene, format: Format) -> Vec<u8> {
+    let drawing = scene.draw();
+    let mut bytes = Vec::new();
+    encode_drawing(&mut bytes, format, &drawing, scene).unwrap();
+    bytes
+}
+
+#[test]
+fn a_scene_comes_back_whole() {
+    let mut before = scene();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.dots");
+    save_dots(&path, &before).unwrap();
+    let mut after = open(&path, &Style::default(), &mut Warnings::new()).unwrap();
+    assert_eq!(settings_text(&before), settings_text(&after));
+    assert_eq!((before.camera, before.light, before.page), (after.camera, after.light, after.page));
+    assert_eq!((before.seed, before.stipples), (after.seed, after.stipples));
+    for (a, b) in before.objects.iter().zip(&after.objects) {
+        assert_eq!((&a.name, &a.source, &a.style), (&b.name, &b.source, &b.style));
+        assert_eq!(a.mesh, b.mesh);
+        assert_eq!(a.stock, b.stock);
+    }
+    for format in [Format::Png, Format::CsvFull, Format::Json] {
+        assert!(drawn(&mut before, format) == drawn(&mut after, format), "{format:?}");
+    }
+    assert_eq!(encode_dots(&before), encode_dots(&after), "a file of a file is the same file");
+}
+
+#[test]
+fn a_new_crease_angle_gives_what_the_source_gives() {
+    let style = |angle: &str| {
+        let mut style = Style::default();
+        style.set("crease_angle", angle).unwrap();
+        style
+    };
+    let bake = |angle: &str| {
+        let mut scene = open("demo:teapot", &style(angle), &mut Warnings::new()).unwrap();
+        scene.stipples = Stipples::Count(3000);
+        scene.bake(|_| ());
+        scene
+    };
+    let (mut smooth, mut creased) = (bake("180"), bake("15"));
+    assert!(drawn(&mut smooth, Format::Csv) != drawn(&mut creased, Format::Csv));
+    smooth.objects[0].restyle(style("15")).unwrap();
+    assert!(drawn(&mut smooth, Format::Csv) == drawn(&mut creased, Format::Csv));
+}
+
+/// A change of one section of a good file.
+enum Change {
+    Drop,
+    Text(&'static str, &'static str),
+    F32(fn(&mut Vec<f32>)),
+    U32(fn(&mut Vec<u32>)),
+    U64(fn(&mut Vec<u64>)),
+}
+
+/// The file again with sections changed, all checksums in order.
+fn forge(file: &Reader, at: &str, change: &Change) -> Vec<u8> {
+    let mut writer = Writer::new();
+    for name in file.names() {
+        let (kind, _) = file.describe(name).unwrap();
+        let hit = name == at;
+        match (kind, change) {
+            (_, Change::Drop) if hit => {}
+            (Kind::Text, _) => {
+                let mut text = file.text(name).unwrap();
+                if let (true, Change::Text(from, to)) = (hit, change) {
+                    assert!(text.contains(from), "{text} has no {from}");
+                    text = text.replacen(from, to, 1);
+                }
+                writer.text(name, &text);
+            }
+            (Kind::F32, _) => {
+                let mut v = file.f32s(name).unwrap();
+                if let (true, Change::F32(f)) = (hit, change) {
+                    f(&mut v);
+                }
+                writer.section_f32(name, &v);
+            }
+            (Kind::U32, _) => {
+                let mut v = file.u32s(name).unwrap();
+                if let (true, Change::U32(f)) = (hit, change) {
+                    f(&mut v);
+                }
+                writer.section_u32(name, &v);
+            }
+            (Kind::U64, _) => {
+                let mut v = file.u64s(name).unwrap();
+                if let (true, Change::U64(f)) = (hit, change) {
+                    f(&mut v);
+                }
+                writer.section_u64(name, &v);
+            }
+            (Kind::Bytes, _) => panic!("{name} is made of bytes"),
+        }
+    }
+    writer.finish()
+}
+
+#[test]
+fn hostile_files_are_refused() {
+    use Change::{Drop, F32, Text, U32, U64};
+    let file = Reader::from_bytes(Path::new("x.dots"), encode_dots(&scene())).unwrap();
+    let cases: Vec<(&str, Change, &str)> = vec![
+        ("settings", Drop, "settings"),
+        ("settings", Text("azimuth = ", "azimuth = = "), "not TOML"),
+        ("settings", Text("elevation = 12.1", "elevation = 91.0"), "elevation"),
+        ("settings", Text("elevation = 12.1", "elevation = nan"), "elevation"),
+        ("settings", Text("zoom = 1.1", "zoom = 0.0"), "zoom"),
+        ("settings", Text("width_px = 200", "width_px = 2000000"), "too large"),
+        ("settings", Text("width_px = 200", "width_px = -1"), "width_px"),
+        ("settings", Text("dpi = ", "dpi = -"), "dpi"),
+        ("settings", Text("stipples = \"3000\"", "stipples = \"many\""), "neither auto"),
+        ("settings", Text("seed = 7", "seed = 7000000000"), "seed"),
+        ("settings", Text("gamma = \"", "gamma = \"x"), "gamma"),
+        ("settings", Text("gamma = ", "gama = "), "gama"),
+        ("settings", Text("[[object]]", "[[thing]]"), "not TOML"),
+        ("surfaces", Drop, "surfaces"),
+        ("surfaces", Text("[[object]]", "[[thing]]"), "surfaces"),
+        ("surfaces", Text("area = ", "area = -"), "area"),
+        ("surfaces", Text("origin = [", "origin = [1.0, "), "origin"),
+        ("surfaces", Text("closed = ", "close = "), "closed"),
+        ("0/positions", Drop, "0/positions"),
+        ("0/positions", F32(|v| v.truncate(4)), "triples"),
+        ("0/positions", F32(|v| v.truncate(300)), "not there"),
+        ("0/positions", F32(|v| v[5] = f32::NAN), "coordinate"),
+        ("0/positions", F32(|v| v[5] = 1e30), "coordinate"),
+        ("0/positions", F32(|v| v.fill(1.0)), "no size"),
+        ("0/normals", F32(|v| v[5] = f32::INFINITY), "normal"),
+        ("0/normals", F32(|v| v[5] = 3.0), "normal"),
+        ("0/normals", F32(|v| v.truncate(3)), "not there"),
+        ("0/triangles", U32(|v| v[100] = u32::MAX), "not there"),
+        ("0/triangles", U32(Vec::clear), "triangles"),
+        ("0/corner_normals", U32(|v| v[0] = u32::MAX), "not there"),
+        ("0/corner_normals", U32(|v| v.truncate(30)), "differ in number"),
+        ("0/radius", F32(|v| v[10] = f32::NAN), "radii"),
+        ("0/radius", F32(|v| v[0] = f32::INFINITY), "radii"),
+        ("0/radius", F32(|v| v.reverse()), "radii"),
+        ("0/radius", F32(|v| *v.last_mut().unwrap() = 0.0), "radii"),
+        ("0/radius", F32(|v| v.truncate(10)), "elements"),
+        ("0/id", U64(|v| v[3] = 1 << 60), "ids"),
+        ("0/id", U64(|v| v[3] = v[4]), "ids"),
+        ("0/id", Drop, "0/id"),
+        ("0/element", U32(|v| v[3] = u32::MAX), "triangle"),
+        ("0/element", U32(|v| v.truncate(10)), "elements"),
+        ("0/weights", F32(|v| v[3] = -0.5), "outside"),
+        ("0/weights", F32(|v| v[3] = f32::NAN), "outside"),
+        ("0/weights", F32(|v| v[3] = 1.5), "outside"),
+        ("1/weights", F32(|v| v.truncate(10)), "elements"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("forged.dots");
+    for (at, change, reason) in cases {
+        std::fs::write(&path, forge(&file, at, &change)).unwrap();
+        let Err(error) = load(&path, &mut Warnings::new()) else { panic!("{at}: {reason}: was let pass") };
+        let text = error.to_string();
+        assert!(text.contains("forged.dots: ") && text.contains(reason), "{at}: {text}");
+        assert!(!text.contains('\n'), "{text}");
+    }
+}
