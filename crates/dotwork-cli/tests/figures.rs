@@ -2,6 +2,8 @@
 //!
 //! Each test states its aim. The oracles are analytic: a sphere's shading, a plate's tilt, the hexagonal spacing.
 
+#![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
+
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +58,8 @@ struct Ink {
 
 impl Ink {
     fn read(path: &Path) -> Ink {
-        let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+        let mut reader =
+            png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
         let mut samples = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut samples).unwrap();
         assert_eq!(info.color_type, png::ColorType::Grayscale);
@@ -136,8 +139,12 @@ fn evenness(points: &[[f64; 2]], low: [f64; 2], high: [f64; 2]) -> (usize, f64, 
     let n = points.iter().filter(|p| inside(p)).count();
     let density = n as f64 / ((high[0] - low[0]) * (high[1] - low[1]));
     let hexagonal = (2.0 / (3f64.sqrt() * density)).sqrt();
-    let distances: Vec<f64> =
-        nearest(points, hexagonal).into_iter().zip(points).filter(|(_, p)| inside(p)).map(|(d, _)| d).collect();
+    let distances: Vec<f64> = nearest(points, hexagonal)
+        .into_iter()
+        .zip(points)
+        .filter(|(_, p)| inside(p))
+        .map(|(d, _)| d)
+        .collect();
     let min = distances.iter().copied().fold(f64::MAX, f64::min);
     (n, min / hexagonal, distances.iter().sum::<f64>() / n as f64 / hexagonal)
 }
@@ -175,8 +182,14 @@ fn tone_of_a_lit_sphere() {
         for limb in [false, true] {
             let of: Vec<_> = bins.iter().filter(|((l, _), _)| *l == limb).map(|(_, b)| b).collect();
             let (rms, worst) = rms_and_worst(&of.iter().map(|b| b.0 / b.2).collect::<Vec<_>>());
-            println!("sphere {options:16} limb {limb:5}: rms {rms:.4} worst {worst:+.4} in {} bins", of.len());
-            assert!(of.len() > 8 && rms <= 0.008 && worst.abs() <= 0.02, "{options}: rms {rms} worst {worst}");
+            println!(
+                "sphere {options:16} limb {limb:5}: rms {rms:.4} worst {worst:+.4} in {} bins",
+                of.len()
+            );
+            assert!(
+                of.len() > 8 && rms <= 0.008 && worst.abs() <= 0.02,
+                "{options}: rms {rms} worst {worst}"
+            );
             let inks: Vec<f64> = of.iter().map(|b| b.1 / b.2).collect();
             assert!(inks.is_sorted(), "tone is monotone: {inks:?}");
         }
@@ -193,7 +206,9 @@ fn tone_of_tilted_plates() {
         for tenth in 1..=9 {
             let tone = f64::from(tenth) / 10.0;
             dotwork(
-                &format!("--style flat --set tone={tone} --camera {tilt},0 --ortho --size 1024x1024 --set dot_size=2px"),
+                &format!(
+                    "--style flat --set tone={tone} --camera {tilt},0 --ortho --size 1024x1024 --set dot_size=2px"
+                ),
                 &mesh,
                 &png,
             );
@@ -231,8 +246,11 @@ fn evenness_at_every_tone() {
     let folder = Folder::new();
     let mesh = folder.mesh("plate.obj", &shapes::plate(1, 1));
     for tone in [0.05, 0.1, 0.2, 0.4] {
-        let dots =
-            plate_dots(&folder, &mesh, &format!("--stipples 150000 --set tone={tone} --set fade=off --set dot_size=3px"));
+        let dots = plate_dots(
+            &folder,
+            &mesh,
+            &format!("--stipples 150000 --set tone={tone} --set fade=off --set dot_size=3px"),
+        );
         let (n, min, mean) = evenness(&dots, [0.03; 2], [0.97; 2]);
         println!("evenness at {tone}: {n} dots, min {min:.3} mean {mean:.3}");
         assert!(n > 500 && min >= 0.67 && mean >= 0.785, "tone {tone}: min {min} mean {mean}");
@@ -265,8 +283,10 @@ fn spectral_peak(points: &[[f64; 2]]) -> f64 {
             let (mut re, mut im) = (0.0, 0.0);
             for p in &window {
                 // A Hann window in both directions.
-                let weight = (std::f64::consts::PI * p[0]).sin().powi(2) * (std::f64::consts::PI * p[1]).sin().powi(2);
-                let (s, c) = (std::f64::consts::TAU * (f64::from(fx) * p[0] + f64::from(fy) * p[1])).sin_cos();
+                let weight =
+                    (std::f64::consts::PI * p[0]).sin().powi(2) * (std::f64::consts::PI * p[1]).sin().powi(2);
+                let (s, c) =
+                    (std::f64::consts::TAU * (f64::from(fx) * p[0] + f64::from(fy) * p[1])).sin_cos();
                 re += weight * c;
                 im += weight * s;
             }
@@ -305,7 +325,9 @@ fn tessellation_does_not_show() {
             counts[cell(p[0]) + 10 * cell(p[1])] += 100.0 / dots.len() as f64;
         }
         let (spread, _) = rms_and_worst(&counts.map(|c| c - 1.0));
-        println!("{name}: {n} dots, ink {ink:.4}, min {min:.3} mean {mean:.3}, local density rms {spread:.4}");
+        println!(
+            "{name}: {n} dots, ink {ink:.4}, min {min:.3} mean {mean:.3}, local density rms {spread:.4}"
+        );
         assert!((ink - 0.5).abs() < 0.01 && min >= 0.67 && mean >= 0.785 && spread < 0.03, "{name}");
         measured.push((n as f64, ink, mean));
     }
@@ -351,7 +373,8 @@ fn frame_dots(path: &Path) -> FrameDots {
 /// Share of dots that are there in one frame at more than 30 % of full size and not at all in the next, or the other
 /// way round.
 fn popping(a: &FrameDots, b: &FrameDots) -> f64 {
-    let gone = |a: &FrameDots, b: &FrameDots| a.iter().filter(|(id, d)| d.0 > 0.3 && !b.contains_key(id)).count();
+    let gone =
+        |a: &FrameDots, b: &FrameDots| a.iter().filter(|(id, d)| d.0 > 0.3 && !b.contains_key(id)).count();
     (gone(a, b) + gone(b, a)) as f64 / a.len() as f64
 }
 
@@ -361,8 +384,11 @@ fn popping(a: &FrameDots, b: &FrameDots) -> f64 {
 fn coherence_of_a_turntable_and_of_a_moving_light() {
     let folder = Folder::new();
     let ribbon = folder.path("ribbon.ply");
-    let run =
-        Command::new(env!("CARGO_BIN_EXE_dotwork")).args(["demo", "ribbon", "-o"]).arg(&ribbon).output().unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_dotwork"))
+        .args(["demo", "ribbon", "-o"])
+        .arg(&ribbon)
+        .output()
+        .unwrap();
     assert!(run.status.success());
     let bake = folder.path("ribbon.dots");
     let run = Command::new(env!("CARGO_BIN_EXE_dotwork"))
@@ -396,7 +422,8 @@ fn coherence_of_a_turntable_and_of_a_moving_light() {
     let sphere = folder.mesh("sphere.obj", &shapes::sphere(6));
     let solid: Vec<FrameDots> = (0..5)
         .map(|f| {
-            let options = format!("--stipples 150000 --light-frame object --camera {},15", 0.5 * f64::from(f));
+            let options =
+                format!("--stipples 150000 --light-frame object --camera {},15", 0.5 * f64::from(f));
             dotwork(&options, &sphere, &csv);
             frame_dots(&csv)
         })
@@ -410,9 +437,12 @@ fn coherence_of_a_turntable_and_of_a_moving_light() {
     let mut blinks = 0.0;
     for w in solid.windows(3) {
         let large = |d: &FrameDots, id: &u64| d.get(id).is_some_and(|d| d.0 > 0.3);
-        let gone = w[0].keys().filter(|id| large(&w[0], id) && large(&w[2], id) && !w[1].contains_key(id)).count();
-        let there =
-            w[1].keys().filter(|id| large(&w[1], id) && !w[0].contains_key(id) && !w[2].contains_key(id)).count();
+        let gone =
+            w[0].keys().filter(|id| large(&w[0], id) && large(&w[2], id) && !w[1].contains_key(id)).count();
+        let there = w[1]
+            .keys()
+            .filter(|id| large(&w[1], id) && !w[0].contains_key(id) && !w[2].contains_key(id))
+            .count();
         blinks += (gone + there) as f64 / w[1].len() as f64 / (solid.len() - 2) as f64;
     }
     println!("turntable with hiding: {:.4} % blink in a frame", blinks * 100.0);
@@ -455,7 +485,8 @@ fn dots_stick_to_the_surface() {
     let folder = Folder::new();
     let (mesh, csv) = (folder.mesh("torus.obj", &shapes::torus(1.0, 0.4, 64, 32)), folder.path("torus.csv"));
     for (azimuth, elevation) in [(0.0f64, 0.0f64), (33.0, 20.0), (-120.0, -40.0)] {
-        let options = format!("--camera={azimuth},{elevation} --ortho --csv full --stipples 50000 --size 1000x1000");
+        let options =
+            format!("--camera={azimuth},{elevation} --ortho --csv full --stipples 50000 --size 1000x1000");
         dotwork(&options, &mesh, &csv);
         let t = Table::read(&csv);
         // The torus has its centre at the origin and a bounding radius of √(1.4² + …): its farthest vertex.

@@ -125,7 +125,9 @@ impl Camera {
         if let Some(d) = distance
             && !(d > 1.0 && d <= 1e6)
         {
-            return Err(format!("distance {d} is not between 1 (the bounding sphere's surface) and 1e6 bounding radii"));
+            return Err(format!(
+                "distance {d} is not between 1 (the bounding sphere's surface) and 1e6 bounding radii"
+            ));
         }
         (self.azimuth, self.elevation, self.distance) = (azimuth, elevation, distance);
         Ok(())

@@ -71,7 +71,10 @@ impl Page {
             return Err(format!("{dpi} dpi is not a resolution between 1 and 20000"));
         }
         if !(margin_px >= 0.0 && 2.0 * margin_px < width.min(height) as f32) {
-            return Err(format!("a margin of {:.1} mm leaves nothing of the page", margin_px * self.mm_per_px()));
+            return Err(format!(
+                "a margin of {:.1} mm leaves nothing of the page",
+                margin_px * self.mm_per_px()
+            ));
         }
         Ok(self)
     }
@@ -102,12 +105,17 @@ impl Page {
 /// # Errors
 /// Lists what is understood.
 pub fn parse_paper_mm(s: &str) -> Result<(f32, f32), String> {
-    let error =
-        || format!("'{s}' is not a page; write A0 to A8, Letter, these with -landscape, or a size such as 120x80mm");
+    let error = || {
+        format!(
+            "'{s}' is not a page; write A0 to A8, Letter, these with -landscape, or a size such as 120x80mm"
+        )
+    };
     let lower = s.trim().to_ascii_lowercase();
     if let Some(size) = lower.strip_suffix("mm") {
         let (w, h) = size.split_once('x').ok_or_else(error)?;
-        let parse = |t: &str| t.trim().trim_end_matches("mm").parse::<f32>().ok().filter(|v| *v > 0.0 && v.is_finite());
+        let parse = |t: &str| {
+            t.trim().trim_end_matches("mm").parse::<f32>().ok().filter(|v| *v > 0.0 && v.is_finite())
+        };
         return Ok((parse(w).ok_or_else(error)?, parse(h).ok_or_else(error)?));
     }
     let (name, landscape) = match lower.strip_suffix("-landscape") {

@@ -15,14 +15,18 @@ fn main() {
     // Ink areas: dense where dots begin to meet, up to where even a grazing surface is black.
     let mut inks = vec![0.0f32, 0.1, 0.2];
     inks.extend((0..20).map(|i| 0.25 * 1.175f32.powi(i)));
-    println!("//! The universal coverage table; see `coverage.rs`. Made by `examples/measure_coverage.rs`: do not edit.\n");
+    println!(
+        "//! The universal coverage table; see `coverage.rs`. Made by `examples/measure_coverage.rs`: do not edit.\n"
+    );
     println!("/// The wider of the two arrival widths of the tables; the other is 0.");
     println!("pub(crate) const COVERAGE_WIDTH: f32 = {WIDTH};\n");
     println!("/// Ink areas per page area.\n#[rustfmt::skip]");
     println!("pub(crate) const COVERAGE_INKS: [f32; {}] = {inks:.4?};\n", inks.len());
     println!("/// Cosines between the normal and the eye.");
     println!("pub(crate) const COVERAGE_COSINES: [f32; {}] = {COSINES:?};\n", COSINES.len());
-    println!("/// Covered shares of the page, for regularity 0 then 1, arrival width 0 then the wider; by cosine, then ink.");
+    println!(
+        "/// Covered shares of the page, for regularity 0 then 1, arrival width 0 then the wider; by cosine, then ink."
+    );
     println!("#[rustfmt::skip]");
     println!("pub(crate) const COVERAGE: [[[f32; {}]; {}]; 4] = [", inks.len(), COSINES.len());
     for regularity in [0.0, 1.0] {

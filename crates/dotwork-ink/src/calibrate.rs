@@ -36,7 +36,8 @@ impl Plate {
     /// the spacing; the mean over two spacings an uneven part of a stage apart.
     pub fn covered(&self, x: f32, c: f32, width: f32) -> f32 {
         let n = self.stock.len();
-        let at = |share: f64| self.covered_at(self.stock.baked.radius[(n as f64 * share) as usize], x, c, width);
+        let at =
+            |share: f64| self.covered_at(self.stock.baked.radius[(n as f64 * share) as usize], x, c, width);
         0.5 * (at(0.5) + at(0.36))
     }
 

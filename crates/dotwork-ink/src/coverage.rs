@@ -87,3 +87,51 @@ impl Coverage {
         top + (bottom - top) * t
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Plate;
+
+    #[test]
+    fn the_table_is_what_a_plate_shows() {
+        // Another seed and another number of stipples than the table was measured with.
+        let plate = Plate::new(12_000, 1.0, 99);
+        for (x, c, width) in [
+            (0.2, 1.0, 0.0),
+            (0.48, 1.0, 0.0),
+            (0.9, 1.0, 0.3),
+            (1.5, 0.5, 0.15),
+            (0.6, 0.25, 0.15),
+            (2.5, 0.1, 0.3),
+        ] {
+            let (measured, table) = (plate.covered(x, c, width), covered(x, c, width, 1.0));
+            assert!((measured - table).abs() < 0.008, "x {x} c {c} width {width}: {measured} {table}");
+        }
+        let loose = Plate::new(12_000, 0.0, 99);
+        let (measured, table) = (loose.covered(0.9, 1.0, 0.0), covered(0.9, 1.0, 0.0, 0.0));
+        assert!((measured - table).abs() < 0.012, "{measured} {table}");
+    }
+
+    #[test]
+    fn light_tones_cover_what_they_bring_and_none_brings_none() {
+        let coverage = Coverage::new(&Style::default());
+        for c in [0.1, 0.5, 1.0] {
+            assert_eq!(coverage.area(0.0, c), 0.0);
+        }
+        assert!((coverage.area(0.2, 1.0) - 0.2).abs() < 0.002);
+    }
+
+    #[test]
+    fn area_inverts_coverage() {
+        let style = Style { regularity: 0.6, fade_width: 0.2, ..Style::default() };
+        let coverage = Coverage::new(&style);
+        for i in 1..20 {
+            for c in [0.06, 0.13, 0.4, 0.77, 1.0] {
+                let ink = i as f32 / 20.0;
+                let back = covered(coverage.area(ink, c), c, 0.2, 0.6);
+                assert!((back - ink).abs() < 0.006, "ink {ink} c {c}: {back}");
+            }
+        }
+    }
+}

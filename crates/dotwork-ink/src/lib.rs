@@ -11,6 +11,7 @@
 pub mod bake;
 pub mod calibrate;
 mod coverage;
+#[allow(clippy::approx_constant, reason = "measured numbers may come close to any constant")]
 mod coverage_table;
 mod density;
 mod params;
@@ -19,7 +20,7 @@ mod stock;
 mod surface;
 mod tone;
 
-pub use bake::{BakeSettings, blue_noise};
+pub use bake::{BakeSettings, MAX_STIPPLES, blue_noise};
 pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{Fade, Inked, Kind, PARAMS, Param, Style, TwoSided, Visibility, find_param};

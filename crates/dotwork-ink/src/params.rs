@@ -78,7 +78,9 @@ trait Value: Sized {
 
 impl Value for f32 {
     fn parse(s: &str, param: &Param) -> Result<Self, String> {
-        let Kind::Number { min, max } = param.kind else { unreachable!("{} is declared as a number", param.name) };
+        let Kind::Number { min, max } = param.kind else {
+            unreachable!("{} is declared as a number", param.name)
+        };
         match s.trim().parse::<f32>() {
             Ok(v) if v >= min && v <= max => Ok(v),
             _ => Err(format!("{} takes a number from {min} to {max}, not '{s}'", param.name)),
@@ -117,7 +119,11 @@ impl Value for Color {
 impl Value for Length {
     fn parse(s: &str, param: &Param) -> Result<Self, String> {
         let length: Length = s.parse().map_err(|e| format!("{}: {e}", param.name))?;
-        if length.value > 0.0 { Ok(length) } else { Err(format!("{} must be more than 0, not '{s}'", param.name)) }
+        if length.value > 0.0 {
+            Ok(length)
+        } else {
+            Err(format!("{} must be more than 0, not '{s}'", param.name))
+        }
     }
 
     fn show(&self) -> String {
@@ -280,7 +286,7 @@ style! {
             "In the darks, dots grow instead of multiplying once their summed area passes this share of the page area; 0 never.",
             "r * sqrt(x / grow) for x > grow, x the ink area per page area";
         regularity: f32 = 1.0, UNIT, "", "1 spaces the dots as evenly as possible; 0 is looser, like a hand.",
-            "a candidate's rank is its distance times 1 - 0.45 (1 - regularity) h";
+            "a stipple's radius is its distance times 1 - 0.6 (1 - regularity) h";
     }
     "Colour" {
         color: Color = Color::BLACK, Kind::Color, "sRGB", "Colour of the ink.", "";

@@ -23,14 +23,34 @@ impl Preset {
 
 /// All presets, the default first.
 pub const PRESETS: &[Preset] = &[
-    Preset { name: "soft", summary: "Even shading from a soft light: the scientific plate. The default.", make: Style::default },
+    Preset {
+        name: "soft",
+        summary: "Even shading from a soft light: the scientific plate. The default.",
+        make: Style::default,
+    },
     Preset { name: "hard", summary: "Strong light and deep shadow: relief, texture, stone.", make: hard },
-    Preset { name: "high-key", summary: "Mostly bare paper, fine dots: delicate forms and labels drawn over them.", make: high_key },
+    Preset {
+        name: "high-key",
+        summary: "Mostly bare paper, fine dots: delicate forms and labels drawn over them.",
+        make: high_key,
+    },
     Preset { name: "night", summary: "White dots on black, with a lit rim.", make: night },
-    Preset { name: "engraving", summary: "Very fine dots and full tones: close to a mezzotint.", make: engraving },
+    Preset {
+        name: "engraving",
+        summary: "Very fine dots and full tones: close to a mezzotint.",
+        make: engraving,
+    },
     Preset { name: "sepia", summary: "Warm brown ink on cream paper, a looser hand.", make: sepia },
-    Preset { name: "flat", summary: "For measuring: one uniform tone (--set tone=0.3), every other factor off.", make: flat },
-    Preset { name: "lambert", summary: "For measuring: tone * (1 - max(0, n.L)) and nothing else.", make: lambert },
+    Preset {
+        name: "flat",
+        summary: "For measuring: one uniform tone (--set tone=0.3), every other factor off.",
+        make: flat,
+    },
+    Preset {
+        name: "lambert",
+        summary: "For measuring: tone * (1 - max(0, n.L)) and nothing else.",
+        make: lambert,
+    },
 ];
 
 /// The style of a preset.
@@ -99,5 +119,14 @@ fn flat() -> Style {
 }
 
 fn lambert() -> Style {
-    Style { tone: 0.8, base: 0.0, light: 1.0, wrap: 0.0, gamma: 1.0, silhouette: 0.0, back: 0.0, ..Style::default() }
+    Style {
+        tone: 0.8,
+        base: 0.0,
+        light: 1.0,
+        wrap: 0.0,
+        gamma: 1.0,
+        silhouette: 0.0,
+        back: 0.0,
+        ..Style::default()
+    }
 }

@@ -47,7 +47,8 @@ impl Tone {
             };
             style.tone * style.light * side.powf(style.gamma)
         };
-        let silhouette = |n_dot_e: f32| style.tone * style.silhouette * (1.0 - n_dot_e).powf(style.silhouette_power);
+        let silhouette =
+            |n_dot_e: f32| style.tone * style.silhouette * (1.0 - n_dot_e).powf(style.silhouette_power);
         Tone {
             base: style.tone * style.base,
             light: Table::new(|u| light(2.0 * u - 1.0)),
@@ -63,8 +64,7 @@ impl Tone {
     /// The ink that a place asks for, 0…1.
     #[inline(always)]
     pub fn ink(&self, lit: &Lit) -> f32 {
-        let mut ink =
-            self.base + self.light.at(0.5 * lit.n_dot_l + 0.5) + self.silhouette.at(lit.n_dot_e);
+        let mut ink = self.base + self.light.at(0.5 * lit.n_dot_l + 0.5) + self.silhouette.at(lit.n_dot_e);
         if lit.back {
             ink += self.back;
         }

@@ -83,7 +83,11 @@ impl CpuBackend {
             });
             if drawing.layers.len() <= k {
                 let dots = Dots::default();
-                drawing.layers.push(Layer { object: subject.name.to_string(), color: subject.style.color, dots });
+                drawing.layers.push(Layer {
+                    object: subject.name.to_string(),
+                    color: subject.style.color,
+                    dots,
+                });
             }
             let layer = &mut drawing.layers[k];
             if layer.object != subject.name {
@@ -157,6 +161,16 @@ impl CpuBackend {
     fn selector<'a>(&'a self, frame: &'a Frame, k: usize) -> Selector<'a> {
         let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];
         let id_base = (k as u64) << STIPPLE_BITS;
-        Selector::new(stock, plan, style, mesh.closed, frame.view, frame.page, frame.light, &self.depth, id_base)
+        Selector::new(
+            stock,
+            plan,
+            style,
+            mesh.closed,
+            frame.view,
+            frame.page,
+            frame.light,
+            &self.depth,
+            id_base,
+        )
     }
 }

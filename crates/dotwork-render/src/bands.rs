@@ -33,7 +33,12 @@ pub(crate) struct Bins {
 impl Bins {
     /// Sorts the items `0..count` into `bands` bands; `rows(i)` gives the first and last row that item `i` touches,
     /// or `None` if it touches none.
-    pub fn fill(&mut self, count: usize, bands: usize, rows: impl Fn(usize) -> Option<(usize, usize)> + Sync) {
+    pub fn fill(
+        &mut self,
+        count: usize,
+        bands: usize,
+        rows: impl Fn(usize) -> Option<(usize, usize)> + Sync,
+    ) {
         self.used = count.div_ceil(CHUNK);
         if self.chunks.len() < self.used {
             self.chunks.resize_with(self.used, Vec::new);

@@ -130,7 +130,8 @@ impl DepthBuffer {
     #[inline]
     pub fn hides(&self, view: &View, x: f32, y: f32, depth: f32, normal: Vec3, from_eye: Vec3) -> bool {
         // The four pixel centres around the place; at the page's edge some of them are the same.
-        let (gx, gy) = ((x - 0.5).clamp(0.0, self.width as f32 - 1.0), (y - 0.5).clamp(0.0, self.height as f32 - 1.0));
+        let (gx, gy) =
+            ((x - 0.5).clamp(0.0, self.width as f32 - 1.0), (y - 0.5).clamp(0.0, self.height as f32 - 1.0));
         let (column, row) = (gx as usize, gy as usize);
         let (right_column, below) = ((column + 1).min(self.width - 1), (row + 1).min(self.height - 1));
         let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);

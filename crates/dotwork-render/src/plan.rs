@@ -63,9 +63,11 @@ impl InkPlan {
     pub fn new(stock: &Stock, style: &Style, page: &Page) -> InkPlan {
         let arrival = Arrival::of(style);
         let table = DensityTable::new(&stock.baked, arrival);
-        let late = if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
+        let late =
+            if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
         // A hair early: the exact test follows.
-        let appears = stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect();
+        let appears =
+            stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect();
         InkPlan {
             tone: Tone::new(style),
             coverage: Coverage::new(style),

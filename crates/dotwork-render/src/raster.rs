@@ -54,7 +54,8 @@ impl Rasterizer {
         for (layer, bins) in drawing.layers.iter().zip(&mut self.bins) {
             let dots = &layer.dots;
             bins.fill(dots.len(), bands, |i| {
-                let reach = if dots.ink[i] >= 1.0 { dots.radius[i] + 0.5 } else { Disc::new(dots.radius[i]).reach };
+                let reach =
+                    if dots.ink[i] >= 1.0 { dots.radius[i] + 0.5 } else { Disc::new(dots.radius[i]).reach };
                 centers(dots.y[i] - reach, dots.y[i] + reach, height)
             });
         }
@@ -101,7 +102,15 @@ impl Band {
         Band { width, masks: vec![0; width * BAND_ROWS], clear: plane(), light: [plane(), plane(), plane()] }
     }
 
-    fn draw(&mut self, drawing: &Drawing, bins: &[Bins], k: usize, out: &mut [u8], channels: usize, encoder: &Encoder) {
+    fn draw(
+        &mut self,
+        drawing: &Drawing,
+        bins: &[Bins],
+        k: usize,
+        out: &mut [u8],
+        channels: usize,
+        encoder: &Encoder,
+    ) {
         let pixels = out.len() / channels;
         let top = k * BAND_ROWS;
         let linear = |c: Color| [c.r, c.g, c.b].map(srgb_to_linear);
@@ -155,7 +164,8 @@ const ROWS: i32 = 4;
 fn cover(x: f32, y: f32, radius: f32, masks: &mut [u64], width: usize) {
     let height = (masks.len() / width) as i32;
     // Samples lie at the centres of their cells: sample k at (k + ½) / n.
-    let Some((s0, s1)) = centers((y - radius) * ROWS as f32, (y + radius) * ROWS as f32, (height * ROWS) as usize)
+    let Some((s0, s1)) =
+        centers((y - radius) * ROWS as f32, (y + radius) * ROWS as f32, (height * ROWS) as usize)
     else {
         return;
     };
@@ -258,9 +268,13 @@ mod tests {
         for radius in [0.3f32, 0.6, 1.0, 1.7, 3.0] {
             for (ink, tolerance) in [(1.0f32, 0.03), (0.5, 0.03)] {
                 let n = 60;
-                let expected = std::f64::consts::PI * f64::from(radius).powi(2) * f64::from(ink) * f64::from(n);
+                let expected =
+                    std::f64::consts::PI * f64::from(radius).powi(2) * f64::from(ink) * f64::from(n);
                 let got = total_ink(dots(n, 1000.0, radius, ink), 1000);
-                assert!((got / expected - 1.0).abs() < tolerance, "radius {radius} ink {ink}: {got} {expected}");
+                assert!(
+                    (got / expected - 1.0).abs() < tolerance,
+                    "radius {radius} ink {ink}: {got} {expected}"
+                );
             }
         }
     }

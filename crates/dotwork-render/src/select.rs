@@ -143,7 +143,8 @@ impl<'a> Selector<'a> {
     /// Projects the `count` stipples from `start` on.
     fn project_block(&self, start: usize, count: usize, block: &mut Block) {
         let part = |v: &'a [f32]| &v[start..start + count];
-        let [x, y, z] = [&self.stock.position.x, &self.stock.position.y, &self.stock.position.z].map(|v| part(v));
+        let [x, y, z] =
+            [&self.stock.position.x, &self.stock.position.y, &self.stock.position.z].map(|v| part(v));
         let [fx, fy, fz] = [&self.stock.facet.x, &self.stock.facet.y, &self.stock.facet.z].map(|v| part(v));
         let Block { x: px, y: py, depth, scale, cosine, inverse_distance } = block;
         for k in 0..count.min(BLOCK) {
@@ -163,11 +164,7 @@ impl<'a> Selector<'a> {
         let margin = self.page.margin_px;
         let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
         let facing = if self.facing && !self.two_sided { p.cosine } else { p.cosine.abs() };
-        (facing >= self.min_cosine)
-            & (p.x >= margin)
-            & (p.y >= margin)
-            & (p.x <= right)
-            & (p.y <= bottom)
+        (facing >= self.min_cosine) & (p.x >= margin) & (p.y >= margin) & (p.x <= right) & (p.y <= bottom)
     }
 
     /// The ink and the dot radius of a place in view.

@@ -71,7 +71,7 @@ pub use artist::Artist;
 pub use dots_file::{encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
 pub use files::{FileError, Format, Loaded, MeshFile, encode_drawing, load, open, write_drawing};
-pub use scene::{MAX_AUTO_STIPPLES, MAX_STIPPLES, Object, Scene, Source, Stipples, ZOOM};
+pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, ZOOM};
 #[cfg(feature = "files")]
 pub use style_file::{StyleFile, read_style};
 
@@ -80,7 +80,7 @@ pub use dotwork_drawing::{
 };
 #[cfg(feature = "files")]
 pub use dotwork_export as export;
-pub use dotwork_ink::{self as ink, Style, preset};
+pub use dotwork_ink::{self as ink, MAX_STIPPLES, Style, preset};
 #[cfg(feature = "files")]
 pub use dotwork_io as io;
 pub use dotwork_mesh::{self as mesh, Mesh, MeshError, RawMesh};

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Light, Page, View, Warnings};
-use dotwork_ink::{BakeSettings, MeshSurface, Stock, Style, blue_noise};
+use dotwork_ink::{BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
 use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
 use glam::Vec3;
 
@@ -13,9 +13,6 @@ use crate::artist::Artist;
 
 /// Most stipples that [`Stipples::Auto`] bakes for one object.
 pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
-
-/// Most stipples that can be asked for.
-pub const MAX_STIPPLES: usize = 50_000_000;
 
 /// Smallest and largest [`Camera::zoom`] that can be asked for.
 pub const ZOOM: (f32, f32) = (1e-3, 1e6);

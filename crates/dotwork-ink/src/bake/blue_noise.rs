@@ -2,7 +2,7 @@
 //!
 //! Each point is the candidate farthest from all earlier points (farthest-point order, Eldar et al., "The farthest
 //! point strategy for progressive image sampling", 1997), so that every prefix is evenly spread and the distance at
-//! acceptance, the point's *radius*, falls along the order. Exact greedy selection is made parallel by local maxima:
+//! acceptance, the point's *radius*, falls along the order. (Below full regularity the radius is a random share of that distance.) Exact greedy selection is made parallel by local maxima:
 //! a candidate whose distance no other candidate within that distance exceeds would be chosen before anything that
 //! could change it.
 //!
@@ -11,7 +11,7 @@
 //! candidates and its ties depend on `k`, the seed and the surface alone, so a larger bake begins with the points of a
 //! smaller one, and a later refinement of a region finds the same points.
 //!
-//! Cost: about 11 candidates for each point at full regularity, each compared with the points around it; memory about
+//! Cost: about 12 candidates for each point, each compared with the points around it; memory about
 //! 100 bytes a point at the last stage.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -35,8 +35,8 @@ const MIN_CANDIDATES: f64 = 2000.0;
 /// Distances beyond this multiple of the stage's first distance count as equal: cells can be that small.
 const CLAMP: f32 = 1.12;
 
-/// At regularity 0 a candidate's rank is its distance times a random factor down to this.
-const LOOSEST: f32 = 0.55;
+/// At regularity 0 a point's radius is its distance times a random factor down to this.
+const LOOSEST: f32 = 0.4;
 
 /// Most stages: distances then have fallen by 2³⁰.
 const MAX_STAGES: u32 = 60;
@@ -90,7 +90,7 @@ impl Accepted {
     }
 }
 
-/// Rank factors of candidates: 1 at full regularity.
+/// How much later than its distance allows a point enters: looser orders leave gaps, as a hand does.
 #[derive(Clone, Copy)]
 struct Looseness {
     spread: f32,
@@ -98,14 +98,9 @@ struct Looseness {
 }
 
 impl Looseness {
-    /// Factor on the squared distance of candidate `index`.
-    #[inline(always)]
-    fn weight(&self, index: u32) -> f32 {
-        if self.spread == 0.0 {
-            return 1.0;
-        }
-        let u = 1.0 - self.spread * unit(hash2(index, self.seed));
-        u * u
+    /// Factor on the radius of candidate `index`, at most 1.
+    fn factor(&self, index: u32) -> f32 {
+        1.0 - self.spread * unit(hash2(index, self.seed))
     }
 }
 
@@ -128,7 +123,7 @@ impl Stage {
         let t1 = t0 / STAGE_FACTOR;
         let count = (CANDIDATES * area / (t1 * t1)).max(MIN_CANDIDATES).min(f64::from(u32::MAX / 2)) as u32;
         let spread = (1.0 - LOOSEST) * (1.0 - settings.regularity.clamp(0.0, 1.0));
-        let reach = CLAMP * t0 as f32 / (1.0 - spread);
+        let reach = CLAMP * t0 as f32;
         Stage {
             number,
             draw: StageDraw { count, seed: hash2(number, settings.seed) },
@@ -187,7 +182,7 @@ fn predict_end(radii: &[f32], wanted: usize) -> Option<f32> {
 
 /// Accepts this stage's points down to distance `end`.
 fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accepted) {
-    let tt=std::time::Instant::now(); let candidates = draw_candidates(surface, stage, end, points); let ta=tt.elapsed();
+    let candidates = draw_candidates(surface, stage, end, points);
     let grid = Grid::new(surface.min_corner(), stage.reach, candidates.len());
     let buckets: Vec<u32> = candidates.par_iter().map(|c| grid.bucket(grid.cell(c.site.position))).collect();
     let (starts, places) = Starts::sort(&grid, &buckets);
@@ -201,10 +196,9 @@ fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accep
     live.par_sort_unstable();
     live.dedup();
 
-    let tb=tt.elapsed(); let mut looks=0; let mut rounds=0;
-    let search = Search { stage, grid: &grid, starts: &starts, candidates: &sorted, d2: &d2, end2: end * end };
+    let search =
+        Search { stage, grid: &grid, starts: &starts, candidates: &sorted, d2: &d2, end2: end * end };
     while !live.is_empty() {
-        looks+=live.len(); rounds+=1;
         // Read: which candidates are local maxima, and which buckets are still alive?
         let found: Vec<(Vec<u32>, Vec<u32>)> = live
             .par_chunks(1024)
@@ -225,17 +219,19 @@ fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accep
             for &a in accepted {
                 let c = &sorted[a as usize];
                 points.site.push(c.site);
-                points.radius.push(f32::from_bits(d2[a as usize].load(Relaxed)).sqrt());
+                let distance = f32::from_bits(d2[a as usize].load(Relaxed)).sqrt();
+                points.radius.push(distance * stage.looseness.factor(c.index));
                 points.id.push(u64::from(stage.number) << 32 | u64::from(c.index));
                 points.element.push(c.element);
             }
         }
         // Write: the accepted points come nearer to the candidates around them.
-        found.par_iter().for_each(|(accepted, _)| accepted.iter().for_each(|&a| search.lower_around(a as usize)));
+        found
+            .par_iter()
+            .for_each(|(accepted, _)| accepted.iter().for_each(|&a| search.lower_around(a as usize)));
         live.clear();
         live.extend(found.iter().flat_map(|(_, alive)| alive));
     }
-    if std::env::var("TT").is_ok() { eprintln!("M {} kept {} N {} draw {:?} sort {:?} rounds {} looks {looks} {:?}", stage.draw.count, sorted.len(), points.site.len(), ta, tb-ta, rounds, tt.elapsed()-tb); }
 }
 
 /// Draws the stage's candidates and keeps those at least `end` away from all earlier points, with their distance.
@@ -264,20 +260,19 @@ fn draw_candidates(surface: &impl Surface, stage: &Stage, end: f32, points: &Acc
                 let cell = grid.cell(site.position);
                 let (near, near_cell) = &mut near[Grid::inside(cell) as usize];
                 if cell != *near_cell {
-                    *near_cell = cell; 
+                    *near_cell = cell;
                     near.clear();
                     starts.around(grid, cell, |run| {
                         near.extend_from_slice(&sorted[run]);
                         true
                     });
                 }
-                let threshold = end2 / stage.looseness.weight(index);
                 let mut d2 = reach2;
                 for s in near.iter() {
                     let d = s.distance_squared(site.position);
                     if d < d2 && s.compatible(site.normal) {
                         d2 = d;
-                        if d2 < threshold {
+                        if d2 < end2 {
                             return;
                         }
                     }
@@ -306,11 +301,10 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// What a candidate is ranked by: its squared distance times its looseness, then a hash of the candidate.
+    /// What a candidate is ranked by, before a hash of the candidate: its squared distance.
     #[inline(always)]
     fn key(&self, i: usize) -> f32 {
-        let d2 = f32::from_bits(self.d2[i].load(Relaxed));
-        d2 * self.stage.looseness.weight(self.candidates[i].index)
+        f32::from_bits(self.d2[i].load(Relaxed))
     }
 
     #[inline(always)]
@@ -334,13 +328,12 @@ impl Search<'_> {
     /// True if no candidate within `i`'s distance ranks higher.
     fn is_local_maximum(&self, i: usize) -> bool {
         let key = self.key(i);
-        let d2 = f32::from_bits(self.d2[i].load(Relaxed));
         let Site { position, normal } = self.candidates[i].site;
         self.starts.around(self.grid, self.grid.cell(position), |run| {
             for j in run {
                 let other = self.key(j);
                 if other >= key
-                    && self.candidates[j].site.distance_squared(position) < d2
+                    && self.candidates[j].site.distance_squared(position) < key
                     && (other > key || self.tie(j) > self.tie(i))
                     && self.candidates[j].site.compatible(normal)
                 {
@@ -378,7 +371,11 @@ fn finish(surface: &impl Surface, settings: &BakeSettings, points: Accepted, wan
         .map(|(i, (&id, &radius))| {
             let stage = id >> 32;
             let falling = u64::from(!radius.to_bits());
-            (falling << 32 | stage, u64::from(hash2(id as u32, settings.seed)) << 32 | (id & 0xffff_ffff), i as u32)
+            (
+                falling << 32 | stage,
+                u64::from(hash2(id as u32, settings.seed)) << 32 | (id & 0xffff_ffff),
+                i as u32,
+            )
         })
         .collect();
     keyed.par_sort_unstable();
@@ -397,5 +394,119 @@ fn finish(surface: &impl Surface, settings: &BakeSettings, points: Accepted, wan
             })
             .collect(),
         area: surface.area(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stock::Stock;
+    use crate::surface::MeshSurface;
+    use dotwork_drawing::Warnings;
+    use dotwork_mesh::{Mesh, MeshOptions, RawMesh, shapes};
+    use glam::Vec3;
+
+    fn mesh(raw: RawMesh) -> Mesh {
+        Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new()).unwrap()
+    }
+
+    fn bake(mesh: &Mesh, stipples: usize, regularity: f32) -> Baked {
+        blue_noise(&MeshSurface::new(mesh), &BakeSettings { stipples, regularity, seed: 7 }, |_| ())
+    }
+
+    /// Distance of each of the first `n` stipples to its nearest neighbour among them.
+    fn nearest(stock: &Stock, n: usize) -> Vec<f32> {
+        let at: Vec<Vec3> = (0..n).map(|i| stock.position.at(i)).collect();
+        at.iter()
+            .enumerate()
+            .map(|(i, p)| {
+                at.iter()
+                    .enumerate()
+                    .filter(|(j, _)| *j != i)
+                    .map(|(_, q)| p.distance(*q))
+                    .fold(f32::MAX, f32::min)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn any_two_stipples_keep_the_smaller_of_their_radii() {
+        let mesh = mesh(shapes::torus(1.0, 0.4, 60, 30));
+        for regularity in [0.0, 1.0] {
+            let stock = Stock::on_mesh(bake(&mesh, 3000, regularity), &mesh);
+            assert_eq!(stock.len(), 3000);
+            assert!(stock.baked.radius.is_sorted_by(|a, b| a >= b));
+            for i in 0..stock.len() {
+                for j in 0..i {
+                    let distance = stock.position.at(i).distance(stock.position.at(j));
+                    if stock.facet.at(i).dot(stock.facet.at(j)) < -0.25 {
+                        // The two sides of a sheet do not see each other.
+                        continue;
+                    }
+                    // The radii fall: the later one's is the smaller. Positions are rounded once more than in the bake.
+                    assert!(distance >= stock.baked.radius[i] * 0.999, "{i} {j}: {distance}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_larger_bake_begins_with_a_smaller_one() {
+        let mesh = mesh(shapes::sphere(4));
+        let large = bake(&mesh, 30_000, 1.0);
+        for n in [1, 2, 10, 500, 1999, 7000, 7100, 14_142, 29_999] {
+            let small = bake(&mesh, n, 1.0);
+            assert_eq!(small.id[..], large.id[..n], "{n}");
+            assert_eq!(small.radius[..], large.radius[..n], "{n}");
+        }
+        let ids: std::collections::BTreeSet<u64> = large.id.iter().copied().collect();
+        assert_eq!(ids.len(), 30_000);
+        assert!(ids.iter().all(|id| *id < 1 << 38));
+    }
+
+    #[test]
+    fn threads_do_not_matter() {
+        let mesh = mesh(shapes::torus(1.0, 0.3, 40, 20));
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| bake(&mesh, 20_000, 0.7))
+        };
+        assert_eq!(run(1), run(4));
+    }
+
+    #[test]
+    fn regularity_runs_from_loose_to_even() {
+        let mesh = mesh(shapes::plate(1, 1));
+        let evenness = |regularity: f32| {
+            let stock = Stock::on_mesh(bake(&mesh, 4000, regularity), &mesh);
+            let hexagonal = (2.0 / (3f32.sqrt() * 2000.0)).sqrt();
+            nearest(&stock, 2000).iter().sum::<f32>() / 2000.0 / hexagonal
+        };
+        let means = [0.0, 0.5, 1.0].map(evenness);
+        // White noise has 0.47.
+        assert!(means.is_sorted() && means[0] > 0.6 && means[0] < 0.75 && means[2] > 0.785, "{means:?}");
+    }
+
+    #[test]
+    fn extreme_scales_and_shapes_bake() {
+        for scale in [1e-9f32, 1e9] {
+            let mut raw = shapes::sphere(2);
+            raw.positions.iter_mut().flatten().for_each(|v| *v *= scale);
+            assert_eq!(bake(&mesh(raw), 2000, 1.0).len(), 2000);
+        }
+        // A needle, and two specks far apart: memory follows the points, not the box.
+        let needle = RawMesh {
+            positions: vec![[0.0, 0.0, 0.0], [1e4, 0.0, 0.0], [5e3, 1e-3, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..RawMesh::default()
+        };
+        assert_eq!(bake(&mesh(needle), 3000, 1.0).len(), 3000);
+        let mut specks = shapes::sphere(2);
+        let n = specks.positions.len() as u32;
+        let far: Vec<[f32; 3]> =
+            specks.positions.iter().map(|[x, y, z]| [x + 1e5, y + 2e5, z - 1e5]).collect();
+        specks.positions.extend(far);
+        specks.triangles.extend(shapes::sphere(2).triangles.iter().map(|t| t.map(|v| v + n)));
+        assert_eq!(bake(&mesh(specks), 20_000, 1.0).len(), 20_000);
     }
 }

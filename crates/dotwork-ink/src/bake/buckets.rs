@@ -136,7 +136,12 @@ impl Starts {
 
     /// Calls `f` with each run of points in the 27 cells around `cell`; stops when `f` returns false.
     #[inline(always)]
-    pub fn around(&self, grid: &Grid, [x, y, z]: [i32; 3], mut f: impl FnMut(std::ops::Range<usize>) -> bool) -> bool {
+    pub fn around(
+        &self,
+        grid: &Grid,
+        [x, y, z]: [i32; 3],
+        mut f: impl FnMut(std::ops::Range<usize>) -> bool,
+    ) -> bool {
         // The own row first: it holds the nearest points.
         const ROWS: [(i32, i32); 9] =
             [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];

@@ -3,4 +3,4 @@
 mod blue_noise;
 mod buckets;
 
-pub use blue_noise::{BakeSettings, blue_noise};
+pub use blue_noise::{BakeSettings, MAX_STIPPLES, blue_noise};

@@ -87,7 +87,16 @@ impl<'a> MeshSurface<'a> {
         let area = self.cumulative[k + 1] - self.cumulative[k];
         // Bisected until the pieces are about half a candidate's share.
         let levels = if area > 0.0 { ((area / step) as u32).checked_ilog2().map_or(1, |l| l + 2) } else { 0 };
-        Leg { element, a, ab, ac, path, start: self.cumulative[k], inverse_area: 1.0 / area.max(f64::MIN_POSITIVE), levels }
+        Leg {
+            element,
+            a,
+            ab,
+            ac,
+            path,
+            start: self.cumulative[k],
+            inverse_area: 1.0 / area.max(f64::MIN_POSITIVE),
+            levels,
+        }
     }
 }
 
