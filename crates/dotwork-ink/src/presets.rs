@@ -75,11 +75,12 @@ fn hard() -> Style {
 fn high_key() -> Style {
     Style {
         base: 0.0,
-        light: 0.5,
-        gamma: 2.0,
-        silhouette: 0.6,
-        silhouette_power: 6.0,
-        highlight: 0.02,
+        light: 0.7,
+        wrap: 0.35,
+        gamma: 1.8,
+        silhouette: 0.45,
+        silhouette_power: 4.0,
+        highlight: 0.015,
         dot_size: Length::percent(0.18),
         ..Style::default()
     }

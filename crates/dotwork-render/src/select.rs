@@ -189,7 +189,7 @@ impl<'a> Selector<'a> {
         let at = Projected { cosine: at.cosine.abs(), ..at };
         // The smooth normal shrinks dots without steps between facets. The facet bounds it: at the coarse outline of a
         // mesh dots would be too small to carry their ink, or stand out from a facet that is hardly seen.
-        let radius = self.plan.radius(n_dot_e.clamp(at.cosine, 3.0 * at.cosine));
+        let radius = self.plan.radius(n_dot_e.clamp(at.cosine, 1.5 * at.cosine));
         Seen { at, radius, ink }
     }
 
