@@ -73,11 +73,16 @@ impl Grid {
         ]
     }
 
-    /// First bucket of the block that holds a cell.
+    /// The share that block coordinate `v` along `axis` has in the block's hash.
     #[inline(always)]
-    fn block(&self, x: i32, y: i32, z: i32) -> u32 {
-        let [x, y, z] = [x, y, z].map(|v| (v >> BLOCK_BITS) as u32);
-        let h = x.wrapping_mul(0x8da6_b343) ^ y.wrapping_mul(0xd816_3841) ^ z.wrapping_mul(0xcb1a_b31f);
+    fn part(axis: usize, v: i32) -> u32 {
+        const FACTORS: [u32; 3] = [0x8da6_b343, 0xd816_3841, 0xcb1a_b31f];
+        ((v >> BLOCK_BITS) as u32).wrapping_mul(FACTORS[axis])
+    }
+
+    /// First bucket of the block whose parts combine to `h`.
+    #[inline(always)]
+    fn block(&self, h: u32) -> u32 {
         ((h ^ (h >> 15)) & self.block_mask) * BLOCK_CELLS
     }
 
@@ -89,7 +94,7 @@ impl Grid {
 
     #[inline(always)]
     pub fn bucket(&self, [x, y, z]: [i32; 3]) -> u32 {
-        self.block(x, y, z) + Self::inside([x, y, z])
+        self.block(Self::part(0, x) ^ Self::part(1, y) ^ Self::part(2, z)) + Self::inside([x, y, z])
     }
 
     pub fn bucket_count(&self) -> usize {
@@ -143,19 +148,23 @@ impl Starts {
         mut f: impl FnMut(std::ops::Range<usize>) -> bool,
     ) -> bool {
         // The own row first: it holds the nearest points.
-        const ROWS: [(i32, i32); 9] =
-            [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+        const ROWS: [(usize, usize); 9] =
+            [(1, 1), (0, 1), (2, 1), (1, 0), (1, 2), (0, 0), (2, 0), (0, 2), (2, 2)];
         // A row of three cells is one run of buckets, or two where it leaves the block.
         let low = x - 1;
         let split = BLOCK_MASK - (low & BLOCK_MASK);
-        for (dy, dz) in ROWS {
-            let (y, z) = (y + dy, z + dz);
-            let first = self.run(grid.bucket([low, y, z]), split.min(2) as u32);
+        let (first_part, second_part) = (Grid::part(0, low), Grid::part(0, x + 1));
+        let ys = [y - 1, y, y + 1].map(|y| (Grid::part(1, y), Grid::inside([0, y, 0])));
+        let zs = [z - 1, z, z + 1].map(|z| (Grid::part(2, z), Grid::inside([0, 0, z])));
+        for (j, k) in ROWS {
+            let (parts, inside) = (ys[j].0 ^ zs[k].0, ys[j].1 | zs[k].1);
+            let bucket = grid.block(first_part ^ parts) + inside + (low & BLOCK_MASK) as u32;
+            let first = self.run(bucket, split.min(2) as u32);
             if !first.is_empty() && !f(first) {
                 return false;
             }
             if split < 2 {
-                let second = self.run(grid.block(x + 1, y, z) + Grid::inside([0, y, z]), 1 - split as u32);
+                let second = self.run(grid.block(second_part ^ parts) + inside, 1 - split as u32);
                 if !second.is_empty() && !f(second) {
                     return false;
                 }

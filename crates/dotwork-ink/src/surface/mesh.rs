@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use dotwork_drawing::hash::{hash2, mix, unit};
 use dotwork_mesh::Mesh;
-use glam::Vec3;
+use glam::{BVec4A, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 use super::{Place, StageDraw, Surface};
@@ -113,22 +113,28 @@ struct Leg {
     levels: u32,
 }
 
+/// Which of begin (first two lanes) and end (last two) the apex replaces in the first and in the second half.
+const HALVES: [BVec4A; 2] = [BVec4A::new(false, false, true, true), BVec4A::new(true, true, false, false)];
+
 impl Leg {
     /// Barycentric coordinates where the area passed is `s`, spread over the last piece by the hash `h`.
     #[inline(always)]
     fn weights(&self, s: f64, h: u32) -> [f32; 2] {
-        let [mut p, mut q, mut r] = self.path;
-        // 31 bits of the way through the triangle; each bit chooses a half.
+        let [p, q, r] = self.path;
+        // Begin and end side by side, the apex twice: a bisection is a handful of vector instructions.
+        let mut ends = Vec4::new(p[0], p[1], r[0], r[1]);
+        let mut apex = Vec4::new(q[0], q[1], q[0], q[1]);
+        // 31 bits of the way through the triangle; each chooses a half.
         let mut bits = (((s - self.start) * self.inverse_area).clamp(0.0, 1.0) * 2_147_483_647.0) as u32;
         for _ in 0..self.levels.min(31) {
-            let m = [0.5 * (p[0] + r[0]), 0.5 * (p[1] + r[1])];
-            // The bits are random: selecting beats branching.
-            let second = 0u32.wrapping_sub(bits >> 30 & 1);
-            p = [0, 1].map(|k| select(second, q[k], p[k]));
-            r = [0, 1].map(|k| select(second, r[k], q[k]));
-            q = m;
+            let middle = (ends + ends.zwxy()) * 0.5;
+            // The first half runs from the begin to the apex, the second from the apex to the end. The bits are
+            // random: selecting beats branching.
+            ends = Vec4::select(HALVES[(bits >> 30 & 1) as usize], apex, ends);
+            apex = middle;
             bits <<= 1;
         }
+        let (p, q, r) = ([ends.x, ends.y], [apex.x, apex.y], [ends.z, ends.w]);
         let u = unit(h).sqrt();
         let t = unit(mix(h ^ 0x68bc_21eb));
         let (wq, wr) = (u * (1.0 - t), u * t);
@@ -187,12 +193,6 @@ impl Surface for MeshSurface<'_> {
         let leg = self.leg(self.rank[element as usize] as usize, step);
         leg.weights(passed(draw, index, step), spread_hash(draw, index))
     }
-}
-
-/// `a` where the mask's bits are set, `b` where they are not.
-#[inline(always)]
-fn select(mask: u32, a: f32, b: f32) -> f32 {
-    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 /// The area that the curve has passed at candidate `index`.
