@@ -121,14 +121,23 @@ struct Stage {
     reach: f32,
 }
 
+/// The distance at which stage `number` begins; it ends where the next one begins.
+fn first_distance(area: f64, number: u32) -> f64 {
+    FIRST_DISTANCE * area.sqrt() / STAGE_FACTOR.powi(number as i32)
+}
+
+/// The largest distance that stage `number` tells apart from larger ones, and so its points' largest radius.
+fn reach(area: f64, number: u32) -> f32 {
+    CLAMP * first_distance(area, number) as f32
+}
+
 impl Stage {
     fn new(surface: &impl Surface, settings: &BakeSettings, number: u32, earlier: usize) -> Stage {
         let area = surface.area();
-        let t0 = FIRST_DISTANCE * area.sqrt() / STAGE_FACTOR.powi(number as i32);
-        let t1 = t0 / STAGE_FACTOR;
+        let t1 = first_distance(area, number + 1);
         let count = (CANDIDATES * area / (t1 * t1)).max(MIN_CANDIDATES).min(f64::from(u32::MAX / 2)) as u32;
         let spread = (1.0 - LOOSEST) * (1.0 - settings.regularity.clamp(0.0, 1.0));
-        let reach = CLAMP * t0 as f32;
+        let reach = reach(area, number);
         Stage {
             number,
             draw: StageDraw { count, seed: hash2(number, settings.seed) },
@@ -146,13 +155,14 @@ impl Stage {
 /// called from the calling thread only.
 pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress: impl FnMut(f32)) -> Baked {
     let wanted = settings.stipples.min(MAX_STIPPLES);
+    let area = surface.area();
     let mut points = Accepted::default();
     let mut number = 0;
     while number < MAX_STAGES {
         let stage = Stage::new(surface, settings, number, points.site.len());
         // Later stages accept distances up to this one, so all points above it are known after this stage.
-        let complete = stage.reach / STAGE_FACTOR as f32;
-        let end = predict_end(&points.radius, wanted).filter(|&end| end >= complete);
+        let complete = reach(area, number + 1);
+        let end = predict_end(&points.radius, wanted).filter(|&end| end > complete);
         let before = points.site.len();
         run_stage(surface, &stage, end.unwrap_or(0.0).max(stage.t1), &mut points);
         number += 1;
@@ -164,7 +174,7 @@ pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress:
             points.truncate(before);
             run_stage(surface, &stage, stage.t1, &mut points);
         }
-        if points.radius.iter().filter(|&&r| r >= complete).count() >= wanted {
+        if points.radius.iter().filter(|&&r| r > complete).count() >= wanted {
             break;
         }
         progress((points.site.len() as f32 / wanted as f32).min(1.0));
