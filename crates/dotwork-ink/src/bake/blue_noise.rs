@@ -3,8 +3,8 @@
 //! Each point is the candidate farthest from all earlier points (farthest-point order, Eldar et al., "The farthest
 //! point strategy for progressive image sampling", 1997), so that every prefix is evenly spread and the distance at
 //! acceptance, the point's *radius*, falls along the order. (Below full regularity the radius is a random share of that distance.) Exact greedy selection is made parallel by local maxima:
-//! a candidate whose distance no other candidate within that distance exceeds would be chosen before anything that
-//! could change it.
+//! a candidate that lies outside the distance of every candidate that ranks higher would be chosen before anything
+//! that could change it, and changes nothing that would be chosen before it.
 //!
 //! Steps. Distances fall by √2 from stage to stage. A stage draws fresh candidates uniform by area, keeps those at
 //! least the stage's last distance from all earlier points, and accepts local maxima in rounds. Stage `k`, its
@@ -343,7 +343,9 @@ impl Search<'_> {
         best
     }
 
-    /// True if no candidate within `i`'s distance ranks higher.
+    /// True if accepting `i` now is what the greedy order does: no candidate that ranks higher would come nearer to a
+    /// point by it. (Looking only within `i`'s own distance would keep the spacing, but the radii would then depend on
+    /// which of two such candidates its bucket lets go first.)
     fn is_local_maximum(&self, i: usize) -> bool {
         let key = self.key(i);
         let Site { position, normal } = self.candidates[i].site;
@@ -351,7 +353,7 @@ impl Search<'_> {
             for j in run {
                 let other = self.key(j);
                 if other >= key
-                    && self.candidates[j].site.distance_squared(position) < key
+                    && self.candidates[j].site.distance_squared(position) < other
                     && (other > key || self.tie(j) > self.tie(i))
                     && self.candidates[j].site.compatible(normal)
                 {
