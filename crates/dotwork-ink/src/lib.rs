@@ -1,7 +1,7 @@
 //! The heart of dotwork: parameters, tones, bakes and calibrated ink, as pure functions over a [`Surface`].
 //!
 //! The one idea: *a stipple is a point with a radius; a frame asks each place for a spacing*, and a stipple is drawn
-//! where its radius is at least the spacing asked for. A [bake](bake) makes the points and their radii, a
+//! where its radius is at least the spacing asked for. A [bake] makes the points and their radii, a
 //! [`Tone`] answers in ink, and [`DensityTable`] and [`Coverage`] turn ink into spacing.
 //!
 //! ```text
