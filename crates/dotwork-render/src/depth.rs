@@ -125,50 +125,74 @@ impl DepthBuffer {
 
     /// True if a place on a surface is hidden by something nearer.
     ///
-    /// `x`, `y`, `depth`: the place as projected; `normal`: the unit normal of its facet, towards the eye;
-    /// `from_eye`: the place minus the eye. The place lies on the page.
-    #[inline]
-    pub fn hides(&self, view: &View, x: f32, y: f32, depth: f32, normal: Vec3, from_eye: Vec3) -> bool {
+    /// `x`, `y`, `depth`: the place as projected, on the page; `facet`: the unit normal of its facet, at a cosine of at
+    /// least [`GRAZING`] to the eye (in absolute value), and the place minus the eye; asked for only where they matter.
+    #[inline(always)]
+    pub fn hides(
+        &self,
+        view: &View,
+        x: f32,
+        y: f32,
+        depth: f32,
+        facet: impl FnOnce() -> (Vec3, Vec3),
+    ) -> bool {
         // The four pixel centres around the place; at the page's edge some of them are the same.
-        let (gx, gy) =
-            ((x - 0.5).clamp(0.0, self.width as f32 - 1.0), (y - 0.5).clamp(0.0, self.height as f32 - 1.0));
-        let (column, row) = (gx as usize, gy as usize);
-        let (right_column, below) = ((column + 1).min(self.width - 1), (row + 1).min(self.height - 1));
-        let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
-        let (right, up) = (normal.dot(view.right), normal.dot(view.up));
-        // The tangent plane's nearness at the place and how it changes over the page; what an object unit of depth is
-        // worth in nearness; the cosine to the eye.
-        let (q, slope_x, slope_y, unit, px_per_unit, along) = match view.projection {
+        let gx = (x - 0.5).max(0.0).min(self.width as f32 - 1.0);
+        let gy = (y - 0.5).max(0.0).min(self.height as f32 - 1.0);
+        let (column, row) = (gx as i32 as usize, gy as i32 as usize);
+        let (right, below) =
+            (usize::from(column + 1 < self.width), usize::from(row + 1 < self.height) * self.width);
+        let first = row * self.width + column;
+        let at = [first, first + right, first + below, first + below + right]
+            .map(|i| f32::from_bits(self.nearness[i].load(Relaxed)));
+        // Nearness at the place, and what a pixel's width of depth is worth there.
+        let (q, px) = match view.projection {
+            Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
+            Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
+        };
+        // No tangent plane differs by more over these pixels: what lies beyond is decided without it.
+        let far = STEEPEST * px;
+        let (low, high) = (at[0].min(at[1]).min(at[2].min(at[3])), at[0].max(at[1]).max(at[2].max(at[3])));
+        if low > q + far || high <= q - far {
+            return low > q + far;
+        }
+        let (normal, from_eye) = facet();
+        // How the tangent plane's nearness changes over the page, and the cosine to the eye; both are the same for a
+        // normal and its opposite.
+        let (per_px, along) = match view.projection {
             Projection::Perspective { focal_px } => {
-                let q = 1.0 / depth;
                 let k = normal.dot(from_eye);
-                let per_px = 1.0 / (focal_px * k);
-                (q, right * per_px, -up * per_px, q * q, focal_px * q, -k * q)
+                (1.0 / (focal_px * k), (k * q).abs())
             }
             Projection::Parallel { px_per_unit } => {
                 let back = normal.dot(view.back);
-                let per_px = -1.0 / (px_per_unit * back);
-                (nearness(view, depth), right * per_px, -up * per_px, 1.0, px_per_unit, back)
+                (-1.0 / (px_per_unit * back), back.abs())
             }
         };
+        let (slope_x, slope_y) = (normal.dot(view.right) * per_px, -normal.dot(view.up) * per_px);
         // Curvature within a pixel: a share of a pixel's width, more where the surface is steep.
-        let slope = ((1.0 - along * along).max(0.0).sqrt() / along.max(1e-3)).min(6.0);
-        let bias = (0.25 + 0.35 * slope) * unit / px_per_unit;
-        let behind = |column: usize, row: usize, dx: f32, dy: f32| {
-            let at = f32::from_bits(self.nearness[row * self.width + column].load(Relaxed));
-            at > q + dx * slope_x + dy * slope_y + bias
-        };
+        let slope = ((1.0 - along * along).max(0.0).sqrt() / along.max(1e-3)).min(MAX_SLOPE);
+        let bias = (0.25 + 0.35 * slope) * px;
         // Weighted as by linear interpolation, so that the edge of what hides moves smoothly between the centres.
+        let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
         let (tx, ty) = ((-dx).clamp(0.0, 1.0), (-dy).clamp(0.0, 1.0));
+        let plane = q + bias + dx * slope_x + dy * slope_y;
+        let planes = [plane, plane + slope_x, plane + slope_y, plane + slope_x + slope_y];
+        let weights = [(1.0 - tx) * (1.0 - ty), tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
         let mut hidden = 0.0;
-        for (c, r, dx, dy, weight) in [
-            (column, row, dx, dy, (1.0 - tx) * (1.0 - ty)),
-            (right_column, row, dx + 1.0, dy, tx * (1.0 - ty)),
-            (column, below, dx, dy + 1.0, (1.0 - tx) * ty),
-            (right_column, below, dx + 1.0, dy + 1.0, tx * ty),
-        ] {
-            hidden += if behind(c, r, dx, dy) { weight } else { 0.0 };
+        for k in 0..4 {
+            hidden += if at[k] > planes[k] { weights[k] } else { 0.0 };
         }
         hidden > 0.5
     }
 }
+
+/// Below this cosine to the eye no dots are drawn: the outline carries the rim.
+pub(crate) const GRAZING: f32 = 0.05;
+
+/// Slope beyond which the bias does not grow: it is meant for curvature within a pixel.
+const MAX_SLOPE: f32 = 6.0;
+
+/// Largest difference, in pixels' widths of depth, between a place and its tangent plane at a neighbouring pixel's
+/// centre, bias included: a slope of 1/[`GRAZING`] along a pixel's diagonal, and a fifth for perspective.
+const STEEPEST: f32 = 1.2 * 1.415 / GRAZING + 0.25 + 0.35 * MAX_SLOPE;

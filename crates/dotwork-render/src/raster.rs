@@ -30,6 +30,7 @@ pub struct Raster {
 pub struct Rasterizer {
     bins: Vec<Bins>,
     encoder: Encoder,
+    scratch: Vec<Band>,
 }
 
 /// Steps of the table from linear light to sRGB: fine enough that no step of the darkest tones is skipped.
@@ -61,10 +62,17 @@ impl Rasterizer {
         }
         let (bins, channels) = (&self.bins, raster.channels);
         let encoder = &self.encoder;
-        let band_bytes = width * BAND_ROWS * raster.channels;
-        raster.samples.par_chunks_mut(band_bytes).enumerate().for_each_init(
-            || Band::new(width),
-            |band, (k, out)| band.draw(drawing, bins, k, out, channels, encoder),
+        // A few groups of bands for each thread, each with memory of its own that stays from frame to frame.
+        let groups = bands.min(4 * rayon::current_num_threads()).max(1);
+        let bands_each = bands.div_ceil(groups);
+        self.scratch.resize_with(groups.max(self.scratch.len()), Band::default);
+        let band_bytes = width * BAND_ROWS * channels;
+        raster.samples.par_chunks_mut(band_bytes * bands_each).zip(&mut self.scratch).enumerate().for_each(
+            |(group, (rows, band))| {
+                for (k, out) in rows.chunks_mut(band_bytes).enumerate() {
+                    band.draw(drawing, bins, group * bands_each + k, out, channels, encoder);
+                }
+            },
         );
     }
 }
@@ -85,9 +93,9 @@ impl Encoder {
     }
 }
 
-/// One thread's scratch: a band of the page.
+/// One task's memory: a band of the page.
+#[derive(Default)]
 struct Band {
-    width: usize,
     /// Samples covered by the solid dots of the current layer.
     masks: Vec<u64>,
     /// Share that shows through its other dots.
@@ -97,11 +105,6 @@ struct Band {
 }
 
 impl Band {
-    fn new(width: usize) -> Band {
-        let plane = || vec![0.0; width * BAND_ROWS];
-        Band { width, masks: vec![0; width * BAND_ROWS], clear: plane(), light: [plane(), plane(), plane()] }
-    }
-
     fn draw(
         &mut self,
         drawing: &Drawing,
@@ -111,47 +114,71 @@ impl Band {
         channels: usize,
         encoder: &Encoder,
     ) {
+        let width = drawing.page.width as usize;
         let pixels = out.len() / channels;
         let top = k * BAND_ROWS;
         let linear = |c: Color| [c.r, c.g, c.b].map(srgb_to_linear);
         let paper = linear(drawing.paper);
+        if let [layer] = &drawing.layers[..]
+            && self.cover_all(&layer.dots, &bins[0], k, width, pixels)
+        {
+            // One ink on paper: a pixel's colour depends on its samples alone.
+            let ink = linear(layer.color);
+            let colors: [[u8; 3]; 65] = std::array::from_fn(|n| {
+                let t = 1.0 - n as f32 / 64.0;
+                [0, 1, 2].map(|c| encoder.encode(ink[c] + (paper[c] - ink[c]) * t))
+            });
+            for (o, mask) in out.chunks_exact_mut(channels).zip(&self.masks) {
+                // Most of the page is bare: counting bits takes longer than asking.
+                let color = if *mask == 0 { &colors[0] } else { &colors[mask.count_ones() as usize] };
+                o.copy_from_slice(&color[..channels]);
+            }
+            return;
+        }
         for (plane, light) in self.light.iter_mut().zip(paper).take(channels) {
-            plane[..pixels].fill(light);
+            plane.clear();
+            plane.resize(pixels, light);
         }
         for (layer, bins) in drawing.layers.iter().zip(bins) {
-            let (masks, clear) = (&mut self.masks[..pixels], &mut self.clear[..pixels]);
-            masks.fill(0);
-            clear.fill(1.0);
-            for i in bins.band(k) {
-                let dots = &layer.dots;
-                if dots.ink[i] >= 1.0 {
-                    cover(dots.x[i], dots.y[i] - top as f32, dots.radius[i], masks, self.width);
-                } else {
-                    stamp(dots, i, clear, self.width, top);
+            self.clear.clear();
+            self.clear.resize(pixels, 1.0);
+            if !self.cover_all(&layer.dots, bins, k, width, pixels) {
+                for i in bins.band(k).filter(|&i| layer.dots.ink[i] < 1.0) {
+                    stamp(&layer.dots, i, &mut self.clear, width, top);
                 }
             }
-            for (t, mask) in clear.iter_mut().zip(masks.iter()) {
+            for (t, mask) in self.clear.iter_mut().zip(&self.masks) {
                 if *mask != 0 {
                     *t *= 1.0 - mask.count_ones() as f32 * (1.0 / 64.0);
                 }
             }
             for (plane, ink) in self.light.iter_mut().zip(linear(layer.color)).take(channels) {
-                for (p, t) in plane.iter_mut().zip(clear.iter()) {
+                for (p, t) in plane.iter_mut().zip(&self.clear) {
                     *p = ink + (*p - ink) * t;
                 }
             }
         }
-        if channels == 1 {
-            for (o, l) in out.iter_mut().zip(&self.light[0]) {
-                *o = encoder.encode(*l);
-            }
-        } else {
-            for (i, o) in out.chunks_exact_mut(3).enumerate() {
-                for (sample, plane) in o.iter_mut().zip(&self.light) {
-                    *sample = encoder.encode(plane[i]);
-                }
+        for (i, o) in out.chunks_exact_mut(channels).enumerate() {
+            for (sample, plane) in o.iter_mut().zip(&self.light) {
+                *sample = encoder.encode(plane[i]);
             }
         }
+    }
+
+    /// Sets the samples of a layer's solid dots; false if there are dots of partial strength too.
+    fn cover_all(&mut self, dots: &Dots, bins: &Bins, k: usize, width: usize, pixels: usize) -> bool {
+        self.masks.clear();
+        self.masks.resize(pixels, 0);
+        let top = (k * BAND_ROWS) as f32;
+        let mut solid = true;
+        for i in bins.band(k) {
+            if dots.ink[i] >= 1.0 {
+                cover(dots.x[i], dots.y[i] - top, dots.radius[i], &mut self.masks, width);
+            } else {
+                solid = false;
+            }
+        }
+        solid
     }
 }
 

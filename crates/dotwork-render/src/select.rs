@@ -4,11 +4,8 @@ use dotwork_drawing::{Dots, Page, Projection, View};
 use dotwork_ink::{Fade, Lit, Stock, Style, Visibility};
 use glam::Vec3;
 
-use crate::depth::DepthBuffer;
+use crate::depth::{DepthBuffer, GRAZING};
 use crate::plan::InkPlan;
-
-/// Below this cosine no dots are drawn: the outline carries the rim.
-pub(crate) const GRAZING: f32 = 0.05;
 
 /// From [`GRAZING`] on dots come in over this much of the cosine, so that nothing pops at the rim: at half a degree a
 /// frame a cosine moves by up to 0.009. The strip is a pixel wide on a page of a thousand; its lost ink is not seen.
@@ -210,15 +207,9 @@ impl<'a> Selector<'a> {
     #[inline(always)]
     fn hidden(&self, i: usize, at: &Projected) -> bool {
         self.depth.is_some_and(|d| {
-            let from_eye = self.stock.position.at(i) - self.view.eye;
-            let facet = self.stock.facet.at(i);
-            // The facet's normal towards the eye.
-            let facing = match self.view.projection {
-                Projection::Perspective { .. } => -facet.dot(from_eye),
-                Projection::Parallel { .. } => facet.dot(self.view.back),
-            };
-            let facet = if facing < 0.0 { -facet } else { facet };
-            d.hides(self.view, at.x, at.y, at.depth, facet, from_eye)
+            d.hides(self.view, at.x, at.y, at.depth, || {
+                (self.stock.facet.at(i), self.stock.position.at(i) - self.view.eye)
+            })
         })
     }
 

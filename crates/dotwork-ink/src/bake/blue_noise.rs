@@ -2,9 +2,10 @@
 //!
 //! Each point is the candidate farthest from all earlier points (farthest-point order, Eldar et al., "The farthest
 //! point strategy for progressive image sampling", 1997), so that every prefix is evenly spread and the distance at
-//! acceptance, the point's *radius*, falls along the order. (Below full regularity the radius is a random share of that distance.) Exact greedy selection is made parallel by local maxima:
-//! a candidate that lies outside the distance of every candidate that ranks higher would be chosen before anything
-//! that could change it, and changes nothing that would be chosen before it.
+//! acceptance, the point's *radius*, falls along the order. (Below full regularity the radius is a random share of that
+//! distance.) Exact greedy selection is made parallel by local maxima: a candidate that lies outside the distance of
+//! every candidate that ranks higher would be chosen before anything that could change it, and changes nothing that
+//! would be chosen before it.
 //!
 //! Steps. Distances fall by √2 from stage to stage. A stage draws fresh candidates uniform by area, keeps those at
 //! least the stage's last distance from all earlier points, and accepts local maxima in rounds. Stage `k`, its
