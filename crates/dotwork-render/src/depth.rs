@@ -126,7 +126,7 @@ impl DepthBuffer {
     /// True if a place on a surface is hidden by something nearer.
     ///
     /// `x`, `y`, `depth`: the place as projected, on the page; `facet`: the unit normal of its facet, at a cosine of at
-    /// least [`GRAZING`] to the eye (in absolute value), and the place minus the eye; asked for only where they matter.
+    /// least 0.05 to the eye (in absolute value), and the place minus the eye; asked for only where they matter.
     #[inline(always)]
     pub fn hides(
         &self,
