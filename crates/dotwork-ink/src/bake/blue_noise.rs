@@ -402,18 +402,19 @@ fn finish(surface: &impl Surface, settings: &BakeSettings, points: Accepted, wan
     keyed.par_sort_unstable();
     keyed.truncate(wanted);
     let pick = |k: &(u64, u64, u32)| k.2 as usize;
+    // Worked out where the points were accepted, beside their neighbours: the final order jumps all over the surface.
     let draws: Vec<StageDraw> = (0..MAX_STAGES).map(|n| Stage::new(surface, settings, n, 0).draw).collect();
+    let weights: Vec<[f32; 2]> = points
+        .id
+        .par_iter()
+        .zip(&points.element)
+        .map(|(&id, &element)| surface.weights(draws[(id >> 32) as usize], id as u32, element))
+        .collect();
     Baked {
         radius: keyed.par_iter().map(|k| points.radius[pick(k)]).collect(),
         id: keyed.par_iter().map(|k| points.id[pick(k)]).collect(),
         element: keyed.par_iter().map(|k| points.element[pick(k)]).collect(),
-        weights: keyed
-            .par_iter()
-            .map(|k| {
-                let id = points.id[pick(k)];
-                surface.weights(draws[(id >> 32) as usize], id as u32, points.element[pick(k)])
-            })
-            .collect(),
+        weights: keyed.par_iter().map(|k| weights[pick(k)]).collect(),
         area: surface.area(),
     }
 }
