@@ -361,6 +361,18 @@ fn a_thin_sheet_keeps_its_density_on_both_sides() {
     }
 }
 
+/// Aim: with a pen every dot has exactly the pen's diameter, at the rim as well.
+#[test]
+fn a_pen_draws_one_size_of_dot() {
+    let folder = Folder::new();
+    let (mesh, csv) = (folder.mesh("sphere.obj", &shapes::sphere(5)), folder.path("pen.csv"));
+    dotwork("--page A6 --dpi 254 --pen 0.3mm", &mesh, &csv);
+    let table = Table::read(&csv);
+    // 254 dpi are 10 pixels a millimetre.
+    assert!(table.rows.len() > 1000 && table.column("radius_px").iter().all(|&r| r == 1.5));
+    assert!(table.column("ink").iter().all(|&ink| ink == 1.0));
+}
+
 /// One frame's dots: id to size and place on the page.
 type FrameDots = HashMap<u64, (f64, [f64; 2])>;
 

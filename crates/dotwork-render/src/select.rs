@@ -288,10 +288,15 @@ impl<'a> Selector<'a> {
         if arrived == 0.0 || self.hidden(i, &seen.at) {
             return;
         }
-        let (size, strength) = if arrival.fade == Fade::Ink { (1.0, arrived) } else { (arrived, 1.0) };
         let rim = ((seen.at.cosine - GRAZING) * (1.0 / RIM)).min(1.0);
-        let radius = seen.radius * growth * size * rim;
-        if radius <= 0.0 {
+        // Off means off at the rim too: a pen draws one size of dot.
+        let (size, strength) = match arrival.fade {
+            Fade::Size => (arrived * rim, 1.0),
+            Fade::Ink => (1.0, arrived * rim),
+            Fade::Off => (1.0, 1.0),
+        };
+        let radius = seen.radius * growth * size;
+        if radius * strength <= 0.0 {
             return;
         }
         dots.x.push(seen.at.x);
