@@ -47,8 +47,8 @@ pub struct Frame<'a> {
     pub page: &'a Page,
 }
 
-/// Draws frames on the CPU. Memory is kept from frame to frame: after the first frame of a scene nothing is allocated
-/// while the number of dots does not grow.
+/// Draws frames on the CPU. Memory is kept from frame to frame: after the first frame of a scene no list grows while
+/// the number of dots does not; what is left is the thread pool's own hand-over of work.
 #[derive(Default)]
 pub struct CpuBackend {
     depth: DepthBuffer,

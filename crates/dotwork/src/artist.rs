@@ -78,19 +78,27 @@ impl Artist {
 
     /// Makes the plans of all baked objects, keeping those that still hold.
     fn plan(&mut self, scene: &Scene) {
-        let mut old = std::mem::take(&mut self.plans).into_iter();
+        let mut count = 0;
         for object in &scene.objects {
             let Some(stock) = &object.stock else { continue };
-            let same = old
-                .next()
-                .filter(|p| Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page);
-            self.plans.push(same.unwrap_or_else(|| Planned {
-                stock: stock.clone(),
-                style: object.style.clone(),
-                page: scene.page,
-                plan: InkPlan::new(stock, &object.style, &scene.page),
-            }));
+            let holds = self.plans.get(count).is_some_and(|p| {
+                Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
+            });
+            if !holds {
+                let planned = Planned {
+                    stock: stock.clone(),
+                    style: object.style.clone(),
+                    page: scene.page,
+                    plan: InkPlan::new(stock, &object.style, &scene.page),
+                };
+                match self.plans.get_mut(count) {
+                    Some(old) => *old = planned,
+                    None => self.plans.push(planned),
+                }
+            }
+            count += 1;
         }
+        self.plans.truncate(count);
     }
 }
 
