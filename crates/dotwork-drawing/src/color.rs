@@ -3,8 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// An opaque colour, 8-bit sRGB.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// An opaque colour, 8-bit sRGB; black by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Color {
     /// Red, 0…255.
     pub r: u8,

@@ -22,6 +22,6 @@ pub mod warnings;
 pub use camera::{Camera, Projection, UpAxis, View};
 pub use color::Color;
 pub use light::{Light, LightFrame};
-pub use marks::{Dots, Drawing, Layer};
+pub use marks::{Dots, Drawing, Image, Layer, StrokeKind, Strokes};
 pub use page::{Length, Page, Unit};
 pub use warnings::{Warning, Warnings};

@@ -1,5 +1,7 @@
 //! Marks and drawings: what every output is made from.
 
+use std::ops::Range;
+
 use crate::color::Color;
 use crate::page::Page;
 
@@ -62,15 +64,136 @@ impl Dots {
     }
 }
 
-/// One layer of a drawing: the marks of one object in one colour.
+/// What a stroke stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StrokeKind {
+    /// The outline: where the surface turns away from the eye.
+    Silhouette,
+    /// The edge of an open surface.
+    Border,
+    /// A sharp edge.
+    Crease,
+    /// A suggestive contour.
+    Suggestive,
+    /// A line that explains the picture and belongs to no object: a scale bar and its text.
+    Annotation,
+}
+
+impl StrokeKind {
+    /// Its name in files: lower case, one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            StrokeKind::Silhouette => "silhouette",
+            StrokeKind::Border => "border",
+            StrokeKind::Crease => "crease",
+            StrokeKind::Suggestive => "suggestive",
+            StrokeKind::Annotation => "annotation",
+        }
+    }
+}
+
+/// Strokes in structure-of-arrays form: open polylines with round caps and joins.
+///
+/// Stroke `k` has the points `points(k)`; `x`, `y`, `depth`, `width` and `darkness` have one entry a point, `id` and
+/// `kind` one a stroke. A closed line repeats its first point at the end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Strokes {
+    /// Pixels from the left.
+    pub x: Vec<f32>,
+    /// Pixels from the top.
+    pub y: Vec<f32>,
+    /// Distance along the view axis, object units, growing away from the eye.
+    pub depth: Vec<f32>,
+    /// Full width in pixels.
+    pub width: Vec<f32>,
+    /// Strength of the ink, 0…1.
+    pub darkness: Vec<f32>,
+    /// One past the last point of each stroke.
+    pub end: Vec<u32>,
+    /// Stable identity of each stroke, < 2⁵³.
+    pub id: Vec<u64>,
+    /// What each stroke stands for.
+    pub kind: Vec<StrokeKind>,
+}
+
+impl Strokes {
+    /// Number of strokes.
+    pub fn len(&self) -> usize {
+        self.end.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.end.is_empty()
+    }
+
+    /// Forgets all strokes and keeps the memory.
+    pub fn clear(&mut self) {
+        for array in [&mut self.x, &mut self.y, &mut self.depth, &mut self.width, &mut self.darkness] {
+            array.clear();
+        }
+        self.end.clear();
+        self.id.clear();
+        self.kind.clear();
+    }
+
+    /// The points of stroke `k`, as a range of the arrays with one entry a point.
+    pub fn points(&self, k: usize) -> Range<usize> {
+        let start = if k == 0 { 0 } else { self.end[k - 1] as usize };
+        start..self.end[k] as usize
+    }
+
+    /// Appends a stroke of one width and full strength through `points` (pixels).
+    pub fn push_line(
+        &mut self,
+        kind: StrokeKind,
+        id: u64,
+        width: f32,
+        points: impl IntoIterator<Item = [f32; 2]>,
+    ) {
+        for [x, y] in points {
+            self.x.push(x);
+            self.y.push(y);
+            self.depth.push(0.0);
+            self.width.push(width);
+            self.darkness.push(1.0);
+        }
+        self.end.push(self.x.len() as u32);
+        self.id.push(id);
+        self.kind.push(kind);
+    }
+}
+
+/// A picture placed on the page: a shaded or transparent surface, or what has no marks.
 #[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Samples a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Left, top, right and bottom edge on the page, pixels.
+    pub place: [f32; 4],
+    /// Red, green, blue and opacity of each sample, row by row from the top: linear light, premultiplied, 0…1.
+    pub samples: Vec<[f32; 4]>,
+}
+
+/// One layer of a drawing: what one object (or one pen) puts on the page in one colour.
+///
+/// Drawn in the order image, dots, strokes.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
     /// The object that made the marks.
     pub object: String,
     /// Colour of the ink.
     pub color: Color,
+    /// The pen that draws this layer, its diameter in millimetres; `None` where sizes are free.
+    pub pen_mm: Option<f32>,
+    /// A picture under the marks.
+    pub image: Option<Image>,
     /// The dots, in drawing order.
     pub dots: Dots,
+    /// The strokes, in drawing order.
+    pub strokes: Strokes,
 }
 
 /// A finished picture: a page and an ordered list of layers, the first at the bottom.
@@ -93,5 +216,10 @@ impl Drawing {
     /// Number of dots on all layers.
     pub fn dot_count(&self) -> usize {
         self.layers.iter().map(|l| l.dots.len()).sum()
+    }
+
+    /// Number of strokes on all layers.
+    pub fn stroke_count(&self) -> usize {
+        self.layers.iter().map(|l| l.strokes.len()).sum()
     }
 }

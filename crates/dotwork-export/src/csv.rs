@@ -200,6 +200,7 @@ mod tests {
                 id: vec![(1 << 53) - 1],
                 stipple: vec![42],
             },
+            ..Layer::default()
         };
         let mut drawing = Drawing::new(Page::default(), Color::WHITE);
         drawing.layers.push(layer);
@@ -257,7 +258,7 @@ mod tests {
         let mut drawing = Drawing::new(Page::default(), Color::WHITE);
         let mut dots = dots(1);
         (dots.x[0], dots.depth[0], dots.size[0]) = (f32::NAN, f32::INFINITY, f32::NEG_INFINITY);
-        drawing.layers.push(Layer { object: String::new(), color: Color::BLACK, dots });
+        drawing.layers.push(Layer { dots, ..Layer::default() });
         let rows = parse(&table(false, &drawing));
         for column in [2, 4, 10, 11] {
             assert_eq!(rows[1][column], "");

@@ -189,7 +189,7 @@ mod tests {
         let mut dots = dots(4);
         dots.x.copy_from_slice(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX]);
         dots.depth.copy_from_slice(&[f32::NAN, f32::MIN_POSITIVE, -1e-30, f32::MAX]);
-        drawing.layers.push(Layer { object: object.clone(), color: Color::BLACK, dots });
+        drawing.layers.push(Layer { object: object.clone(), color: Color::BLACK, dots, ..Layer::default() });
         let (_, value) = json(&drawing);
         assert!(value["page"]["dpi"].is_null() && value["page"]["width_mm"].is_null());
         let layer = &value["layers"][0];

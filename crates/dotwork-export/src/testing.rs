@@ -25,7 +25,7 @@ pub(crate) fn drawing() -> Drawing {
         ("empty", 0, Color::WHITE),
         ("Schädel \\ 2", 50, Color::BLACK),
     ] {
-        drawing.layers.push(Layer { object: object.into(), color, dots: dots(n) });
+        drawing.layers.push(Layer { object: object.into(), color, dots: dots(n), ..Layer::default() });
     }
     drawing
 }

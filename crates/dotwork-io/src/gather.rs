@@ -74,7 +74,13 @@ impl Faces {
             Coordinates::Single(positions) => near_origin_single(positions),
             Coordinates::Double(positions) => near_origin_double(&positions)?,
         };
-        Ok(RawMesh { positions, triangles: self.triangles, origin, polygons: self.polygons })
+        Ok(RawMesh {
+            positions,
+            triangles: self.triangles,
+            origin,
+            polygons: self.polygons,
+            ..RawMesh::default()
+        })
     }
 }
 

@@ -82,8 +82,8 @@ fn every_number_type_of_ply() {
     let expected = RawMesh {
         positions: vec![[1.0, 2.0, 3.0], [4.0, 2.0, 3.0], [1.0, 9.0, 3.0]],
         triangles: vec![[0, 1, 2]],
-        origin: [0.0; 3],
         polygons: 1,
+        ..RawMesh::default()
     };
     for big in [false, true] {
         for coordinate in integers.iter().chain(&["float", "double", "float32", "float64"]) {
@@ -198,7 +198,7 @@ fn writers_round_trip_bit_by_bit() {
     positions[1] = [-0.0, 1e-45, 16_777_217.0];
     let n = positions.len() as u32;
     let triangles: Vec<[u32; 3]> = (0..5000).map(|i| [1, 2, 3].map(|k| hash2(i, k) % n)).collect();
-    let mesh = RawMesh { positions, polygons: triangles.len(), triangles, origin: [0.0; 3] };
+    let mesh = RawMesh { positions, polygons: triangles.len(), triangles, ..RawMesh::default() };
     for file in written(&mesh) {
         let again = read("again", &file).unwrap();
         let bits = |m: &RawMesh| m.positions.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();

@@ -18,6 +18,11 @@ pub struct RawMesh {
     pub origin: [f64; 3],
     /// Polygons in the file before they were cut into triangles.
     pub polygons: usize,
+    /// Colours of the vertices, sRGB and opacity, 0…255; empty if the file has none, otherwise one for each position.
+    pub colors: Vec<[u8; 4]>,
+    /// Unit normals of the vertices where the source knows them better than the triangles do (an isosurface has its
+    /// field's gradient); empty otherwise. Normals that files carry are not kept: dotwork computes its own.
+    pub normals: Vec<[f32; 3]>,
 }
 
 /// How a mesh is put in order.

@@ -10,8 +10,8 @@ fn raw(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> RawMesh {
     RawMesh {
         positions: positions.to_vec(),
         triangles: triangles.to_vec(),
-        origin: [0.0; 3],
         polygons: triangles.len(),
+        ..RawMesh::default()
     }
 }
 

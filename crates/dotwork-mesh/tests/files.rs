@@ -28,7 +28,7 @@ fn ply(name: &str) -> RawMesh {
     let start = end + 12 * vertices;
     let triangles =
         (0..faces).map(|t| [1, 5, 9].map(|o| u32::from_le_bytes(word(start + 13 * t + o)))).collect();
-    RawMesh { positions, triangles, origin: [0.0; 3], polygons: faces }
+    RawMesh { positions, triangles, polygons: faces, ..RawMesh::default() }
 }
 
 #[test]

@@ -82,11 +82,10 @@ impl CpuBackend {
                 selector.select(c * CHUNK..((c + 1) * CHUNK).min(end), dots);
             });
             if drawing.layers.len() <= k {
-                let dots = Dots::default();
                 drawing.layers.push(Layer {
                     object: subject.name.to_string(),
                     color: subject.style.color,
-                    dots,
+                    ..Layer::default()
                 });
             }
             let layer = &mut drawing.layers[k];

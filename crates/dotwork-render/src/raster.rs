@@ -282,7 +282,7 @@ mod tests {
 
     fn total_ink(dots: Dots, side: u32) -> f64 {
         let mut drawing = Drawing::new(Page::pixels(side, side).unwrap(), Color::WHITE);
-        drawing.layers.push(Layer { object: "o".into(), color: Color::BLACK, dots });
+        drawing.layers.push(Layer { object: "o".into(), color: Color::BLACK, dots, ..Layer::default() });
         let mut raster = Raster::default();
         Rasterizer::new().draw(&drawing, &mut raster);
         assert_eq!((raster.channels, raster.samples.len()), (1, (side * side) as usize));
@@ -318,7 +318,12 @@ mod tests {
     fn colour_pictures_have_three_channels() {
         let red = Color { r: 200, g: 0, b: 0 };
         let mut drawing = Drawing::new(Page::pixels(64, 40).unwrap(), Color::WHITE);
-        drawing.layers.push(Layer { object: "o".into(), color: red, dots: dots(1, 40.0, 9.0, 1.0) });
+        drawing.layers.push(Layer {
+            object: "o".into(),
+            color: red,
+            dots: dots(1, 40.0, 9.0, 1.0),
+            ..Layer::default()
+        });
         let mut raster = Raster::default();
         Rasterizer::new().draw(&drawing, &mut raster);
         assert_eq!((raster.channels, raster.samples.len()), (3, 64 * 40 * 3));

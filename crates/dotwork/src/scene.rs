@@ -106,6 +106,7 @@ impl Object {
                 triangles: old.triangles.clone(),
                 origin: old.origin,
                 polygons: old.triangles.len(),
+                ..RawMesh::default()
             };
             let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
             let mesh = Mesh::build(raw, &options, &mut Warnings::new())?;

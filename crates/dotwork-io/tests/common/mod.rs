@@ -41,7 +41,12 @@ pub const FACES: [&[u32]; 5] = [&[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4], 
 pub const TRIANGLES: [[u32; 3]; 6] = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [3, 2, 1], [3, 1, 0]];
 
 pub fn pyramid() -> RawMesh {
-    RawMesh { positions: POSITIONS.to_vec(), triangles: TRIANGLES.to_vec(), origin: [0.0; 3], polygons: 5 }
+    RawMesh {
+        positions: POSITIONS.to_vec(),
+        triangles: TRIANGLES.to_vec(),
+        polygons: 5,
+        ..RawMesh::default()
+    }
 }
 
 /// The pyramid as ascii PLY, with a vertex property and an element that nobody asked for.

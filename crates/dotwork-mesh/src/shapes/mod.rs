@@ -53,5 +53,5 @@ pub fn demo(name: &str) -> Option<RawMesh> {
 /// A raw mesh of triangles about the origin.
 fn raw(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> RawMesh {
     let polygons = triangles.len();
-    RawMesh { positions, triangles, origin: [0.0; 3], polygons }
+    RawMesh { positions, triangles, polygons, ..RawMesh::default() }
 }
