@@ -7,6 +7,7 @@
 //! * [`Drawing`], [`Layer`], [`Dots`]: the finished picture as marks on a page, which raster, vector, film and
 //!   window all consume;
 //! * [`hash`]: randomness as a pure function of integers;
+//! * [`lettering`]: words in single strokes, for scale bars;
 //! * [`Warnings`]: what a library has to say, collected and returned, never printed.
 //!
 //! This crate knows nothing of meshes, files, devices or windows.
@@ -14,6 +15,7 @@
 pub mod camera;
 pub mod color;
 pub mod hash;
+pub mod lettering;
 pub mod light;
 pub mod marks;
 pub mod page;

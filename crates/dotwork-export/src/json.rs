@@ -12,16 +12,25 @@
 //! "depth":[3.141593],
 //! "radius_px":[0.75],
 //! "size":[1],
-//! "ink":[1]}}
+//! "ink":[1]},
+//! "strokes":[
+//! {"id":3,"kind":"silhouette",
+//! "x_px":[10,20.5],
+//! "y_px":[10,10],
+//! "depth":[3.1,3.2],
+//! "width_px":[1.5,1.25],
+//! "darkness":[1,1]}]}
 //! ]}
 //! ```
 //!
-//! Numbers have the precision of the drawing table (4 decimals; `depth` and the resolution 7 significant digits); what
+//! A layer that one pen draws has `"pen_mm"` after its colour; strokes are open lines, their arrays one entry a point; a
+//! layer with a picture under its marks has `"image":{"width":W,"height":H,"place_px":[left,top,right,bottom]}`, without
+//! its samples. Numbers have the precision of the drawing table (4 decimals; `depth` and the resolution 7 significant digits); what
 //! is not finite is `null`.
 
 use std::io::{self, Write};
 
-use dotwork_drawing::{Dots, Drawing, Layer};
+use dotwork_drawing::{Dots, Drawing, Layer, Strokes};
 
 use crate::text::TextWriter;
 
@@ -59,20 +68,62 @@ pub fn write_json<W: Write>(writer: W, drawing: &Drawing) -> io::Result<()> {
 fn layer<W: Write>(text: &mut TextWriter<W>, layer: &Layer) -> io::Result<()> {
     text.bytes(b"{\"object\":");
     string(text, &layer.object);
-    text.bytes(format!(",\"color\":\"{}\",\"dots\":{{\n", layer.color).as_bytes());
+    text.bytes(format!(",\"color\":\"{}\"", layer.color).as_bytes());
+    if let Some(pen) = layer.pen_mm {
+        text.bytes(b",\"pen_mm\":");
+        number(text, pen, TextWriter::decimals4);
+    }
+    if let Some(image) = &layer.image {
+        text.bytes(format!(",\"image\":{{\"width\":{},\"height\":{},", image.width, image.height).as_bytes());
+        array(text, "place_px", &image.place, |text, v| number(text, v, TextWriter::decimals4))?;
+        text.bytes(b"}");
+    }
+    text.bytes(b",\"dots\":{\n");
     let Dots { x, y, depth, radius, size, ink, id, stipple: _ } = &layer.dots;
     array(text, "id", id, TextWriter::integer)?;
-    for (key, values) in [("x_px", x), ("y_px", y)] {
+    points(text, &[("x_px", x), ("y_px", y)], depth, &[("radius_px", radius), ("size", size), ("ink", ink)])?;
+    text.bytes(b"},\n\"strokes\":[");
+    for k in 0..layer.strokes.len() {
+        text.bytes(if k == 0 { b"\n" } else { b",\n" });
+        stroke(text, &layer.strokes, k)?;
+    }
+    text.bytes(b"]}");
+    Ok(())
+}
+
+fn stroke<W: Write>(text: &mut TextWriter<W>, strokes: &Strokes, k: usize) -> io::Result<()> {
+    let Strokes { x, y, depth, width, darkness, end: _, id, kind } = strokes;
+    text.bytes(b"{\"id\":");
+    text.integer(id[k]);
+    text.bytes(format!(",\"kind\":\"{}\"", kind[k].name()).as_bytes());
+    let part = strokes.points(k);
+    points(
+        text,
+        &[("x_px", &x[part.clone()]), ("y_px", &y[part.clone()])],
+        &depth[part.clone()],
+        &[("width_px", &width[part.clone()]), ("darkness", &darkness[part])],
+    )?;
+    text.bytes(b"}");
+    Ok(())
+}
+
+/// Arrays with one entry a dot or a point: places, depth, and what else there is.
+fn points<W: Write>(
+    text: &mut TextWriter<W>,
+    places: &[(&str, &[f32])],
+    depth: &[f32],
+    others: &[(&str, &[f32])],
+) -> io::Result<()> {
+    for (key, values) in places {
         text.bytes(b",\n");
         array(text, key, values, |text, v| number(text, v, TextWriter::decimals4))?;
     }
     text.bytes(b",\n");
     array(text, "depth", depth, |text, v| number(text, v, TextWriter::digits7))?;
-    for (key, values) in [("radius_px", radius), ("size", size), ("ink", ink)] {
+    for (key, values) in others {
         text.bytes(b",\n");
         array(text, key, values, |text, v| number(text, v, TextWriter::decimals4))?;
     }
-    text.bytes(b"}}");
     Ok(())
 }
 
@@ -122,7 +173,7 @@ fn string<W: Write>(text: &mut TextWriter<W>, s: &str) {
 mod tests {
     use super::*;
     use crate::testing::{dots, drawing};
-    use dotwork_drawing::{Color, Page};
+    use dotwork_drawing::{Color, Image, Page, StrokeKind};
     use serde_json::Value;
 
     fn json(drawing: &Drawing) -> (String, Value) {
@@ -171,6 +222,28 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn strokes_pens_and_images_are_there() {
+        let mut strokes = Strokes::default();
+        strokes.push_line(StrokeKind::Silhouette, 3, 1.5, [[10.0, 10.0], [20.5, 10.0], [21.0, 12.0]]);
+        strokes.push_line(StrokeKind::Annotation, 4, 2.0, [[1.0, 2.0]]);
+        let image = Image { width: 1, height: 1, place: [0.0, 1.0, 2.0, 3.5], samples: vec![[0.0; 4]] };
+        let layer = Layer { pen_mm: Some(0.25), image: Some(image), strokes, ..Layer::default() };
+        let drawing = Drawing { layers: vec![layer], ..Drawing::new(Page::default(), Color::WHITE) };
+        let (_, value) = json(&drawing);
+        let layer = &value["layers"][0];
+        assert_eq!(layer["pen_mm"], 0.25);
+        assert_eq!(layer["image"], serde_json::json!({"width": 1, "height": 1, "place_px": [0, 1, 2, 3.5]}));
+        assert_eq!(layer["dots"]["id"], Value::Array(Vec::new()));
+        let strokes = layer["strokes"].as_array().unwrap();
+        assert_eq!(strokes.len(), 2);
+        assert_eq!((&strokes[0]["id"], &strokes[0]["kind"]), (&3.into(), &"silhouette".into()));
+        assert_eq!(strokes[0]["x_px"], serde_json::json!([10, 20.5, 21]));
+        assert_eq!(strokes[0]["width_px"], serde_json::json!([1.5, 1.5, 1.5]));
+        assert_eq!(strokes[1]["y_px"], serde_json::json!([2]));
+        assert_eq!(strokes[1]["darkness"], serde_json::json!([1]));
     }
 
     #[test]
