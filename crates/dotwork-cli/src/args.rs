@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use dotwork::drawing::page::parse_paper_mm;
-use dotwork::{Camera, Color, Length, Light, LightFrame, Page, Stipples, Style, UpAxis};
+use dotwork::io::volume::RawLayout;
+use dotwork::{Camera, Color, Length, Light, LightFrame, Page, ScaleBar, Stipples, Style, UpAxis};
 
 /// The whole command line.
 #[derive(Parser)]
@@ -53,7 +54,7 @@ pub struct Cli {
 /// What to do.
 #[derive(Subcommand)]
 pub enum Command {
-    /// draw a picture: png, csv or json
+    /// draw a picture: png, svg, pdf, tif, csv or json
     Render(RenderArgs),
     /// do the expensive half once: write stipples, surface and settings to a .dots file
     Bake(BakeArgs),
@@ -93,21 +94,39 @@ Examples:
   dotwork render scan.obj -o scan.png --up z --camera left --light 30,50
   dotwork render a.ply b.ply -o both.csv --csv full --stipples 200000
   dotwork render bunny.dots -o again.png --set gamma=1.7 --set color=#223344
+  dotwork render bunny.ply -o plate.pdf --page A5 --margin 10mm --pen 0.25mm
+  dotwork render bunny.ply -o plate.tif --page A5 --dpi 1200 --bilevel
+  dotwork render bunny.ply -o plot.svg --page A4 --pens 0.18,0.25,0.35 --plot
+  dotwork render head.nii.gz -o head.svg --iso 120 --ortho --scale-bar auto
+  dotwork render plate.svg -o again.png
 
-Where options meet: a style (--style, or what a .dots file holds), then --set,
-then --pen and --paper.")]
+Where options meet: a style (--style, or what a .dots file or a plate holds),
+then --set, then --pen and --paper.")]
 pub struct RenderArgs {
-    /// what to draw: mesh files (PLY, OBJ, also .gz), .dots files, demo:NAME
+    /// what to draw: meshes (PLY, OBJ, STL, OFF, glTF), volumes with --iso
+    /// (NRRD, NIfTI, MetaImage, VTK, TIFF, raw), .dots files, demo:NAME, or a
+    /// plate that dotwork drew (SVG, PDF, PNG, TIFF)
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
 
-    /// the file to write; its ending says the format: png, csv or json
+    /// the file to write; its ending says the format: png, svg, pdf, tif, csv
+    /// or json
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
+    /// black and white only, one bit a pixel, for print: png and tif
+    /// [default: shades]
+    #[arg(long, help_heading = "Output")]
+    pub bilevel: bool,
+
+    /// order the marks of an .svg for a pen plotter, one layer a pen, and print
+    /// the pen's travel [default: drawing order]
+    #[arg(long, help_heading = "Output")]
+    pub plot: bool,
+
     /// columns of a .csv output: full adds place and normal, x,y,z,nx,ny,nz
     /// [default: plain]
-    #[arg(long, value_enum, value_name = "COLUMNS")]
+    #[arg(long, value_enum, value_name = "COLUMNS", help_heading = "Output")]
     pub csv: Option<CsvColumns>,
 
     #[command(flatten)]
@@ -125,7 +144,7 @@ Examples:
 The file holds everything: render draws it as it would draw the sources. The
 options given here become its defaults.")]
 pub struct BakeArgs {
-    /// what to bake: mesh files (PLY, OBJ, also .gz), .dots files, demo:NAME
+    /// what to bake: everything that render draws
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
 
@@ -137,9 +156,26 @@ pub struct BakeArgs {
     pub scene: SceneArgs,
 }
 
+/// How inputs are read.
+#[derive(Args)]
+pub struct InputArgs {
+    /// the layout of a volume without a header: WxHxD:TYPE[:le|be][:SPACING],
+    /// for example 256x256x128:u8 or 64x64x93:u16:be:3.2,3.2,1.5
+    #[arg(long, value_name = "LAYOUT", help_heading = "Input")]
+    pub raw: Option<RawLayout>,
+
+    /// draw the surface in a volume where its value is V; dotwork info shows the
+    /// values [default: none, volumes need it]
+    #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = parse_iso, help_heading = "Input")]
+    pub iso: Option<f64>,
+}
+
 /// The options that make a scene.
 #[derive(Args)]
 pub struct SceneArgs {
+    #[command(flatten)]
+    pub input: InputArgs,
+
     /// a style by name, or a style file (FILE.toml); see dotwork styles
     /// [default: soft]
     #[arg(long, value_name = "NAME|FILE.toml", help_heading = "Style")]
@@ -154,6 +190,11 @@ pub struct SceneArgs {
     /// fade = off, foreshorten = 0, grow = 0) [default: no pen]
     #[arg(long, value_name = "0.25mm", value_parser = parse_pen, help_heading = "Style")]
     pub pen: Option<Length>,
+
+    /// draw with several pens: every dot gets one of these diameters (mm), so that
+    /// the tone is kept [default: dots of any size]
+    #[arg(long, value_name = "0.18,0.25,0.35", value_delimiter = ',', value_parser = parse_pen_mm, conflicts_with = "pen", help_heading = "Style")]
+    pub pens: Vec<f32>,
 
     /// colour of the paper [default: the style's]
     #[arg(long, value_name = "#rrggbb", help_heading = "Style")]
@@ -191,9 +232,11 @@ pub struct SceneArgs {
 
     /// where the eye is: degrees to the right, degrees up, and the distance in
     /// bounding radii (fitted if left out); or front, back, left, right, top,
-    /// bottom [default: 20,15]
+    /// bottom; volumes with an orientation also take anterior, posterior,
+    /// superior, inferior, and their left and right are the patient's
+    /// [default: 20,15; such a volume: anterior]
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true, value_parser = parse_camera, help_heading = "View")]
-    pub camera: Option<Camera>,
+    pub camera: Option<String>,
 
     /// parallel projection [default: perspective]
     #[arg(long, help_heading = "View")]
@@ -212,9 +255,15 @@ pub struct SceneArgs {
     #[arg(long, value_name = "FRAME", help_heading = "View")]
     pub light_frame: Option<LightFrame>,
 
-    /// which axis of the data points up: x, y or z [default: y]
+    /// which axis of the data points up: x, y or z [default: y; z for STL and
+    /// for volumes with an orientation]
     #[arg(long, value_name = "AXIS", help_heading = "View")]
     pub up: Option<UpAxis>,
+
+    /// a scale bar: auto, or its length such as 50, 20mm or 100um; needs --ortho
+    /// [default: none]
+    #[arg(long, value_name = "auto|LENGTH", help_heading = "View")]
+    pub scale_bar: Option<ScaleBar>,
 
     /// what does the work; auto takes the fastest there is, at present cpu
     #[arg(long, value_enum, default_value_t = Backend::Auto, help_heading = "Run")]
@@ -251,10 +300,16 @@ pub enum Backend {
 #[command(after_help = "\
 Examples:
   dotwork info bunny.ply
+  dotwork info head.nii.gz
+  dotwork info engine.raw --raw 256x256x128:u8
   dotwork info bunny.dots --json")]
 pub struct InfoArgs {
-    /// a mesh file, a .dots file, or demo:NAME
+    /// anything that render draws
     pub input: PathBuf,
+
+    /// the layout of a volume without a header: WxHxD:TYPE[:le|be][:SPACING]
+    #[arg(long, value_name = "LAYOUT")]
+    pub raw: Option<RawLayout>,
 
     /// print JSON [default: words]
     #[arg(long)]
@@ -353,9 +408,19 @@ fn parse_dpi(s: &str) -> Result<f32, String> {
     Page { dpi, ..Page::default() }.checked().map(|_| dpi)
 }
 
-fn parse_camera(s: &str) -> Result<Camera, String> {
-    let mut camera = Camera::default();
-    camera.set_direction(s).map(|()| camera)
+fn parse_camera(s: &str) -> Result<String, String> {
+    // What left and right mean depends on the input.
+    Camera::default().set_patient_direction(s).map(|()| s.to_string())
+}
+
+fn parse_iso(s: &str) -> Result<f64, String> {
+    s.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "write a number".into())
+}
+
+fn parse_pen_mm(s: &str) -> Result<f32, String> {
+    let number = s.trim().trim_end_matches("mm");
+    let pen = number.parse().ok().filter(|p| (0.01..=20.0).contains(p));
+    pen.ok_or_else(|| "write the pens' diameters in millimetres, for example 0.18,0.25,0.35".into())
 }
 
 fn parse_zoom(s: &str) -> Result<f32, String> {

@@ -18,14 +18,15 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
         let names = names.join(", ");
         return Err(Failure::Usage(format!("there is no demo '{name}'; the demos are {names}")));
     }
-    let Some(format) = mesh_format_of(path) else {
+    let format = mesh_format_of(path);
+    if !matches!(format, Some(MeshFormat::Ply | MeshFormat::Obj)) {
         let path = path.display();
         return Err(Failure::Usage(format!("{path}: a demo is written to a file that ends in .ply or .obj")));
-    };
+    }
     output::check(path, &[])?;
     let mesh = demo(name).unwrap_or_default();
     output::write(path, |w| match format {
-        MeshFormat::Ply => write_ply(&mesh, w),
-        MeshFormat::Obj => write_obj(&mesh, w),
+        Some(MeshFormat::Obj) => write_obj(&mesh, w),
+        _ => write_ply(&mesh, w),
     })
 }

@@ -1,8 +1,9 @@
 //! What the options mean for a style and for a scene.
 
-use dotwork::drawing::Page;
-use dotwork::ink::{Fade, PRESETS};
-use dotwork::{Length, Scene, Stipples, Style, preset, read_style};
+use dotwork::drawing::{Page, UpAxis};
+use dotwork::ink::PRESETS;
+use dotwork::volume::Space;
+use dotwork::{Length, LoadOptions, Scene, Stipples, Style, preset, read_style};
 
 use crate::args::SceneArgs;
 use crate::report::Failure;
@@ -12,13 +13,16 @@ pub struct Options<'a> {
     args: &'a SceneArgs,
     /// The style asked for by `--style`.
     style: Option<Style>,
+    /// How inputs are read.
+    load: LoadOptions,
 }
 
 impl<'a> Options<'a> {
     /// Checks everything that can be checked before an input is read.
     pub fn new(args: &'a SceneArgs) -> Result<Options<'a>, Failure> {
         let style = args.style.as_deref().map(style_by_name).transpose()?;
-        let options = Options { args, style };
+        let load = LoadOptions { raw: args.input.raw.clone() };
+        let options = Options { args, style, load };
         options.apply(&mut Scene::default())?;
         Ok(options)
     }
@@ -31,7 +35,7 @@ impl<'a> Options<'a> {
             let _ = style.set_pair(pair);
         }
         if let Some(pen) = self.args.pen {
-            (style.dot_size, style.fade, style.foreshorten, style.grow) = (pen, Fade::Off, 0.0, 0.0);
+            style.use_pen(pen);
         }
         if let Some(paper) = self.args.paper {
             style.paper = paper;
@@ -42,13 +46,21 @@ impl<'a> Options<'a> {
     /// Puts camera, light, page, seed and stipples into a scene, over what it has.
     pub fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
         let args = self.args;
+        let space = scene.world().space;
         let camera = &mut scene.camera;
-        if let Some(c) = args.camera {
-            (camera.azimuth, camera.elevation, camera.distance) = (c.azimuth, c.elevation, c.distance);
-        }
         camera.ortho |= args.ortho;
         camera.zoom = args.zoom.unwrap_or(camera.zoom);
         camera.up = args.up.unwrap_or(camera.up);
+        if let Some(direction) = &args.camera {
+            // Checked when it was parsed; only the patient's directions may not fit this scene.
+            if space == Space::Patient && camera.up == UpAxis::Z {
+                camera.set_patient_direction(direction).map_err(Failure::Usage)?;
+            } else if camera.set_direction(direction).is_err() && !scene.objects.is_empty() {
+                return Err(Failure::Usage(format!(
+                    "--camera {direction} needs a volume that declares its orientation, and z up"
+                )));
+            }
+        }
         if let Some(l) = args.light {
             (scene.light.azimuth, scene.light.elevation) = (l.azimuth, l.elevation);
         }
@@ -56,6 +68,21 @@ impl<'a> Options<'a> {
         scene.seed = args.seed.unwrap_or(scene.seed);
         scene.stipples = args.stipples.unwrap_or(scene.stipples);
         scene.page = self.page(scene.page).map_err(Failure::Usage)?;
+        if let Some(bar) = args.scale_bar {
+            scene.scale_bar = Some(bar);
+        }
+        if !args.pens.is_empty() {
+            scene.pens = args.pens.clone();
+            scene.pens.sort_by(f32::total_cmp);
+            scene.pens.dedup();
+        }
+        if args.pen.is_some() {
+            scene.pens.clear();
+        }
+        // Before an input is read nothing is known of its size and, for plates, of its view.
+        if !scene.objects.is_empty() {
+            scene.scale_bar_strokes().map_err(|e| Failure::Usage(format!("--scale-bar: {e}")))?;
+        }
         Ok(())
     }
 
@@ -73,6 +100,16 @@ impl<'a> Options<'a> {
         let unchanged = args.margin.is_none() && dpi == old.dpi;
         page.margin_px = if unchanged { old.margin_px } else { margin.to_px(&page) };
         page.checked()
+    }
+
+    /// How inputs are read.
+    pub fn load(&self) -> &LoadOptions {
+        &self.load
+    }
+
+    /// The value at which volumes have their surface.
+    pub fn iso(&self) -> Option<f64> {
+        self.args.input.iso
     }
 
     /// The seed, if one is asked for.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use dotwork::{Artist, Format, Stipples, encode_drawing};
+use dotwork::{Artist, Format, Length, Scene, Stipples, Warnings, encode_drawing, prepare};
 
 use crate::args::{CsvColumns, RenderArgs};
 use crate::options::Options;
@@ -21,10 +21,16 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     output::check(&args.output, &args.inputs)?;
 
     let mut scene = scene::open(&args.inputs, &options, report)?;
+    if args.plot {
+        take_pens(&mut scene, report)?;
+    }
     report.progress("baking", |progress| scene.bake(progress));
     let mut artist = Artist::new();
-    let drawing = artist.draw(&scene);
+    let drawn = artist.draw(&scene);
     let lacking = artist.exhausted(&scene);
+    let mut warnings = Warnings::new();
+    let (drawing, travel) = prepare(drawn, format, &scene, &mut warnings);
+    report.warn(None, &warnings);
     output::write(&args.output, |w| encode_drawing(w, format, &drawing, &scene))?;
 
     if lacking > EXHAUSTED {
@@ -40,6 +46,9 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
             100.0 * lacking
         ));
     }
+    if let Some(travel) = travel {
+        report.say(&travel.to_string())?;
+    }
     report.summary(&format!(
         "{}: {} dots, {}",
         args.output.display(),
@@ -49,14 +58,43 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A plotter's dots have the size of its pen: objects with free sizes are drawn with one of their dot size.
+fn take_pens(scene: &mut Scene, report: &mut Report) -> Result<(), Failure> {
+    if !scene.pens.is_empty() {
+        return Ok(());
+    }
+    for object in scene.objects.iter_mut().filter(|o| o.style.pen_mm().is_none()) {
+        let mm = object.style.dot_size.to_px(&scene.page) * scene.page.mm_per_px();
+        let pen = ((100.0 * mm).round() / 100.0).max(0.01);
+        let mut style = object.style.clone();
+        style.use_pen(Length::mm(pen));
+        object.restyle(style).map_err(|e| Failure::Run(e.to_string()))?;
+        report.warning(&format!(
+            "{}: drawn for a pen of {pen} mm; --pen or --pens says which pens there are",
+            object.name
+        ));
+    }
+    Ok(())
+}
+
 fn format(args: &RenderArgs) -> Result<Format, Failure> {
     let format = Format::of(&args.output).ok_or_else(|| {
         let (out, names) = (args.output.display(), Format::NAMES);
         Failure::Usage(format!("{out}: the output's ending is not one of {names}"))
     })?;
+    let usage = |text: &str| Err(Failure::Usage(text.into()));
     match (format, args.csv) {
-        (Format::Csv, Some(CsvColumns::Full)) => Ok(Format::CsvFull),
-        (Format::Csv, _) | (_, None) => Ok(format),
-        _ => Err(Failure::Usage("--csv is for an output that ends in .csv".into())),
+        (Format::Csv, Some(CsvColumns::Full)) => return Ok(Format::CsvFull),
+        (Format::Csv, _) | (_, None) => {}
+        _ => return usage("--csv is for an output that ends in .csv"),
+    }
+    match (format, args.bilevel, args.plot) {
+        (_, true, true) => usage("--plot is for an .svg, --bilevel for a .png or .tif"),
+        (Format::Png, true, _) => Ok(Format::PngBilevel),
+        (Format::Tiff, true, _) => Ok(Format::TiffBilevel),
+        (_, true, _) => usage("--bilevel is for an output that ends in .png or .tif"),
+        (Format::Svg, _, true) => Ok(Format::SvgPlot),
+        (_, _, true) => usage("--plot is for an output that ends in .svg"),
+        _ => Ok(format),
     }
 }

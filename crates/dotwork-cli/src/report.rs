@@ -95,6 +95,11 @@ impl Report {
         }
     }
 
+    /// Prints a result on standard output.
+    pub fn say(&self, text: &str) -> Result<(), Failure> {
+        if self.quiet { Ok(()) } else { print(&format!("{text}\n")) }
+    }
+
     /// Prints a last line about what was done, for a person at a terminal.
     pub fn summary(&self, text: &str) {
         if !self.quiet && self.terminal {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dotwork::{Loaded, Object, Scene, Style, Warnings, load};
+use dotwork::{Loaded, Object, Plate, Scene, Style, Warnings, load_with};
 
 use crate::options::Options;
 use crate::report::{Failure, Report};
@@ -12,8 +12,21 @@ pub fn open(inputs: &[PathBuf], options: &Options, report: &mut Report) -> Resul
     let mut scene = Scene::default();
     for input in inputs {
         let mut warnings = Warnings::new();
-        match load(input, &mut warnings)? {
-            Loaded::Mesh(mesh) => {
+        match load_with(input, options.load(), &mut warnings)? {
+            Loaded::Plate(plate) if inputs.len() == 1 => {
+                scene = redraw(*plate, options, &mut warnings, report)?;
+            }
+            Loaded::Plate(_) => {
+                let input = input.display();
+                return Err(Failure::Usage(format!(
+                    "{input}: a plate is drawn again alone, without other inputs"
+                )));
+            }
+            loaded @ (Loaded::Mesh(_) | Loaded::Volume(_)) => {
+                let mesh = loaded.into_mesh(options.iso(), &mut warnings)?;
+                if scene.objects.is_empty() {
+                    mesh.turn_camera(&mut scene);
+                }
                 scene.add(mesh.into_object(options.style(&Style::default()), &mut warnings)?);
             }
             Loaded::Scene(mut baked) => {
@@ -30,6 +43,29 @@ pub fn open(inputs: &[PathBuf], options: &Options, report: &mut Report) -> Resul
         report.warn(Some(input), &warnings);
     }
     options.apply(&mut scene)?;
+    Ok(scene)
+}
+
+/// The scene of a plate: baked as it was drawn, unless options change what has to be baked.
+fn redraw(
+    plate: Plate,
+    options: &Options,
+    warnings: &mut Warnings,
+    report: &Report,
+) -> Result<Scene, Failure> {
+    let (mut scene, counts) = plate.unbaked(warnings)?;
+    let drawn = scene.clone();
+    for object in &mut scene.objects {
+        let style = options.style(&object.style);
+        object.restyle(style).map_err(|e| Failure::Run(e.to_string()))?;
+    }
+    options.apply(&mut scene)?;
+    let same = (scene.camera, scene.page, scene.seed, scene.stipples)
+        == (drawn.camera, drawn.page, drawn.seed, drawn.stipples)
+        && scene.objects.iter().zip(&drawn.objects).all(|(a, b)| a.style == b.style);
+    if same {
+        report.progress("baking", |progress| scene.bake_counts(&counts, progress));
+    }
     Ok(scene)
 }
 

@@ -88,6 +88,24 @@ impl Default for Camera {
 }
 
 impl Camera {
+    /// As [`Camera::set_direction`] for the patient's space (+x left, +y posterior, +z superior, z up): takes
+    /// `anterior posterior superior inferior` too, and `left` and `right` are the patient's.
+    ///
+    /// # Errors
+    /// As [`Camera::set_direction`].
+    pub fn set_patient_direction(&mut self, s: &str) -> Result<(), String> {
+        self.set_direction(match s {
+            "anterior" => "front",
+            "posterior" => "back",
+            "superior" => "top",
+            "inferior" => "bottom",
+            // The eye on the patient's left is on +x.
+            "left" => "right",
+            "right" => "left",
+            _ => s,
+        })
+    }
+
     /// Reads `AZ,EL[,DIST]` or a name (`front back left right top bottom`; `left`: the eye on the data's left) into
     /// this camera's direction and distance.
     ///
@@ -325,6 +343,26 @@ mod tests {
         let (x, y, depth) = v.project(Vec3::new(0.5, 0.5, 0.5));
         assert!(x > v.cx && y < v.cy);
         assert!((depth - (v.distance - 0.5)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn left_and_right_are_the_patients() {
+        let page = Page::default();
+        for (name, eye) in [
+            ("anterior", Vec3::NEG_Y),
+            ("posterior", Vec3::Y),
+            ("left", Vec3::X),
+            ("right", Vec3::NEG_X),
+            ("superior", Vec3::Z),
+            ("inferior", Vec3::NEG_Z),
+            ("90,0", Vec3::X),
+        ] {
+            let mut camera = Camera { up: UpAxis::Z, ..Camera::default() };
+            camera.set_patient_direction(name).unwrap();
+            let view = camera.view(Vec3::ZERO, 1.0, &page);
+            assert!((view.back - eye).length() < 1e-6, "{name}");
+        }
+        assert!(Camera::default().set_direction("anterior").is_err());
     }
 
     #[test]

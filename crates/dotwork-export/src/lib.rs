@@ -3,7 +3,9 @@
 //! * [`write_atomic`] and [`check_writable`]: an output exists whole or not at all;
 //! * [`write_png`]: a raster with its physical resolution and text;
 //! * [`CsvWriter`]: the drawing table, one row a dot;
-//! * [`write_json`]: the whole drawing as structure-of-arrays JSON.
+//! * [`write_json`]: the whole drawing as structure-of-arrays JSON;
+//! * [`write_svg`] and [`svg_metadata`]: vectors in millimetres with the settings inside, and those read back;
+//! * [`assign_pens`] and [`plot`]: what each pen draws, and in which order a plotter draws it.
 //!
 //! The encoders turn a picture into bytes for any [`std::io::Write`] and never open files; [`write_atomic`] opens
 //! files and knows no format. The same drawing gives the same bytes everywhere.
@@ -22,16 +24,35 @@
 //! ```
 
 mod atomic;
+mod base64;
+mod bilevel;
 mod csv;
 mod error;
 mod json;
+mod pdf;
+mod pens;
+pub mod plot;
 mod png;
+mod record;
+mod svg;
 #[cfg(test)]
 mod testing;
 mod text;
+mod tiff;
 
 pub use self::atomic::{check_writable, write_atomic};
+pub use self::bilevel::{Bilevel, bilevel};
 pub use self::csv::{CsvWriter, Places};
 pub use self::error::ExportError;
 pub use self::json::write_json;
-pub use self::png::{Pixels, RasterView, pixels_per_metre, write_png};
+pub use self::pdf::{PdfOptions, pdf_metadata, write_pdf};
+pub use self::pens::{PenError, assign_pens};
+pub use self::png::{
+    Pixels, RasterView, SETTINGS_KEYWORD, pixels_per_metre, png_text, write_png, write_png_bilevel,
+};
+pub use self::record::{embedded_settings, is_plate};
+pub use self::svg::{SvgOptions, Touch, svg_metadata, write_svg};
+pub use self::tiff::{tiff_metadata, write_tiff, write_tiff_bilevel};
+
+/// What files name as the program that wrote them.
+const SOFTWARE: &str = concat!("dotwork ", env!("CARGO_PKG_VERSION"));

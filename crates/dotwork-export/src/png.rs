@@ -17,8 +17,13 @@ use std::io::{self, Write};
 
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensions, Unit};
 
+use crate::bilevel::Bilevel;
+
 /// The last level before time grows faster than files shrink; see the table above.
 const DEFLATE_LEVEL: u8 = 2;
+
+/// The same for plates of one bit a pixel.
+const BILEVEL_DEFLATE_LEVEL: u8 = 4;
 
 /// The samples of a raster, 8-bit sRGB, rows from top to bottom without gaps.
 #[derive(Clone, Copy, Debug)]
@@ -46,37 +51,82 @@ pub fn pixels_per_metre(dpi: f32) -> u32 {
     (f64::from(dpi) / 0.0254).round() as u32
 }
 
+impl<'a> RasterView<'a> {
+    /// Bytes a pixel, and the bytes.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::InvalidInput`] if they are not `width · height` pixels, or a side is 0.
+    pub(crate) fn samples(&self) -> io::Result<(usize, &'a [u8])> {
+        let RasterView { width, height, pixels } = *self;
+        let (samples, bytes) = match pixels {
+            Pixels::Grey(bytes) => (1, bytes),
+            Pixels::Rgb(bytes) => (3, bytes),
+        };
+        let expected = u128::from(width) * u128::from(height) * samples as u128;
+        if expected == 0 || expected != bytes.len() as u128 {
+            return Err(invalid(format!(
+                "a raster of {width} x {height} pixels needs {expected} bytes, not {}",
+                bytes.len()
+            )));
+        }
+        Ok((samples, bytes))
+    }
+}
+
 /// Writes a raster as PNG with its physical resolution and `text`, pairs of a keyword and a value.
 ///
 /// `ppm` is the resolution in pixels a metre ([`pixels_per_metre`]) for the `pHYs` chunk; 0 leaves the chunk out.
-/// Values go into `tEXt` if Latin-1 can hold them, into `iTXt` otherwise. `text` comes before the pixels, so that a
-/// reader finds it without decoding them.
+/// Values go into `tEXt` if Latin-1 can hold them, into `iTXt` otherwise; [`png_text`] reads them back. `text` comes
+/// before the pixels, so that a reader finds it without decoding them.
 ///
 /// # Errors
 /// What the writer refuses; [`io::ErrorKind::InvalidInput`] if the slice does not hold `width · height` pixels, a side
-/// is 0, or a keyword is not 1 to 79 Latin-1 characters.
+/// is 0, a keyword is not 1 to 79 Latin-1 characters, or a value holds a zero byte.
 pub fn write_png<W: Write>(
     writer: W,
     raster: &RasterView<'_>,
     ppm: u32,
     text: &[(&str, &str)],
 ) -> io::Result<()> {
-    let RasterView { width, height, pixels } = *raster;
-    let (color, samples, bytes) = match pixels {
-        Pixels::Grey(bytes) => (ColorType::Grayscale, 1, bytes),
-        Pixels::Rgb(bytes) => (ColorType::Rgb, 3, bytes),
-    };
-    let expected = u128::from(width) * u128::from(height) * samples;
-    if expected == 0 || expected != bytes.len() as u128 {
-        return Err(invalid(format!(
-            "a raster of {width} x {height} pixels needs {expected} bytes, not {}",
-            bytes.len()
-        )));
-    }
-    let mut encoder = Encoder::new(writer, width, height);
-    encoder.set_color(color);
+    let (samples, bytes) = raster.samples()?;
+    let mut keeper = Keeper { inner: writer, error: None };
+    let mut encoder = Encoder::new(&mut keeper, raster.width, raster.height);
+    encoder.set_color(if samples == 1 { ColorType::Grayscale } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
     encoder.set_deflate_compression(DeflateCompression::Level(DEFLATE_LEVEL));
+    let result = finish(encoder, ppm, text, bytes);
+    keeper.or_its_error(result)
+}
+
+/// Writes a plate as PNG, one bit a pixel, with its physical resolution and `text` as [`write_png`] takes them.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_png_bilevel<W: Write>(
+    writer: W,
+    plate: &Bilevel,
+    ppm: u32,
+    text: &[(&str, &str)],
+) -> io::Result<()> {
+    plate.check()?;
+    // PNG's 1 is white.
+    let bytes: Vec<u8> = plate.rows.iter().map(|b| !b).collect();
+    let mut keeper = Keeper { inner: writer, error: None };
+    let mut encoder = Encoder::new(&mut keeper, plate.width, plate.height);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::One);
+    encoder.set_deflate_compression(DeflateCompression::Level(BILEVEL_DEFLATE_LEVEL));
+    let result = finish(encoder, ppm, text, &bytes);
+    keeper.or_its_error(result)
+}
+
+/// Adds resolution and text, then writes the pixels.
+fn finish<W: Write>(
+    mut encoder: Encoder<'_, W>,
+    ppm: u32,
+    text: &[(&str, &str)],
+    bytes: &[u8],
+) -> io::Result<()> {
     encoder.set_filter(Filter::NoFilter);
     if ppm > 0 {
         encoder.set_pixel_dims(Some(PixelDimensions { xppu: ppm, yppu: ppm, unit: Unit::Meter }));
@@ -98,6 +148,76 @@ pub fn write_png<W: Write>(
     writer.write_image_data(bytes)?;
     writer.finish()?;
     Ok(())
+}
+
+/// Keeps the error of a writer, of which the encoder would pass on no kind.
+struct Keeper<W> {
+    inner: W,
+    error: Option<io::Error>,
+}
+
+impl<W> Keeper<W> {
+    fn or_its_error(self, result: io::Result<()>) -> io::Result<()> {
+        result.map_err(|e| self.error.unwrap_or(e))
+    }
+
+    fn keep<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.map_err(|e| {
+            let kind = e.kind();
+            // An interrupted call is made again.
+            if kind != io::ErrorKind::Interrupted {
+                self.error.get_or_insert(e);
+            }
+            kind.into()
+        })
+    }
+}
+
+impl<W: Write> Write for Keeper<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let result = self.inner.write(bytes);
+        self.keep(result)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let result = self.inner.flush();
+        self.keep(result)
+    }
+}
+
+/// The keyword under which a PNG carries the settings that made it.
+pub const SETTINGS_KEYWORD: &str = "dotwork settings";
+
+/// The first text under `keyword` in a PNG, from a `tEXt` or uncompressed `iTXt` chunk as [`write_png`] writes them;
+/// `None` if the bytes are no PNG or hold none before the first pixels.
+///
+/// Checksums are not verified. Never panics, whatever the bytes.
+pub fn png_text(bytes: &[u8], keyword: &str) -> Option<String> {
+    let mut rest = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n")?;
+    loop {
+        let (length, after) = rest.split_first_chunk::<4>()?;
+        let (kind, after) = after.split_first_chunk::<4>()?;
+        let (data, after) = after.split_at_checked(u32::from_be_bytes(*length) as usize)?;
+        rest = after.get(4..)?;
+        let value = match kind {
+            b"IDAT" | b"IEND" => return None,
+            b"tEXt" | b"iTXt" => data.iter().position(|&b| b == 0).map(|end| data.split_at(end)),
+            _ => None,
+        };
+        let Some((name, [0, value @ ..])) = value else { continue };
+        if !name.iter().map(|&b| char::from(b)).eq(keyword.chars()) {
+            continue;
+        }
+        if kind == b"tEXt" {
+            return Some(value.iter().map(|&b| char::from(b)).collect());
+        }
+        // Not compressed; then language and translated keyword, each up to a zero.
+        let Some(value) = value.strip_prefix(&[0, 0]) else { continue };
+        let mut parts = value.splitn(3, |&b| b == 0);
+        if let (Some(_), Some(_), Some(text)) = (parts.next(), parts.next(), parts.next()) {
+            return String::from_utf8(text.to_vec()).ok();
+        }
+    }
 }
 
 /// The PNG specification, 11.3.3.1.

@@ -50,6 +50,12 @@ impl<W: Write> TextWriter<W> {
         self.scaled::<0>(n, false);
     }
 
+    /// Appends `n / 1000` in full.
+    #[inline]
+    pub(crate) fn thousandths(&mut self, n: i64) {
+        self.scaled::<3>(n.unsigned_abs(), n < 0);
+    }
+
     /// Appends a finite number rounded to at most 4 decimals.
     #[inline]
     pub(crate) fn decimals4(&mut self, v: f32) {
@@ -163,6 +169,11 @@ impl<W: Write> TextWriter<W> {
         if self.block.len() >= BLOCK_BYTES { self.pass_all_on() } else { Ok(()) }
     }
 
+    /// The writer below, for bytes that need no block; hand everything on first.
+    pub(crate) fn writer(&mut self) -> &mut W {
+        &mut self.inner
+    }
+
     /// Hands everything on (and does not flush the writer below).
     pub(crate) fn pass_all_on(&mut self) -> io::Result<()> {
         self.inner.write_all(&self.block)?;
@@ -207,6 +218,10 @@ mod tests {
         }
         assert_eq!(text(|w| w.integer(0)), "0");
         assert_eq!(text(|w| w.integer(u64::MAX)), u64::MAX.to_string());
+        for (n, thousandths) in [(0, "0"), (-7, "-0.007"), (1200, "1.2"), (i64::MIN, "-9223372036854775.808")]
+        {
+            assert_eq!(text(|w| w.thousandths(n)), thousandths);
+        }
     }
 
     /// Values of every size, both signs, and the neighbours of powers of ten.

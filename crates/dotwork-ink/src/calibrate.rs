@@ -26,6 +26,7 @@ impl Plate {
             normals: vec![Vec3::Z; 4],
             origin: [0.0; 3],
             closed: false,
+            colors: Vec::new(),
         };
         let settings = BakeSettings { stipples, regularity, seed };
         let baked = blue_noise(&MeshSurface::new(&mesh), &settings, |_| ());

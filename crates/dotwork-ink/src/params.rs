@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use dotwork_drawing::{Color, Length};
+use dotwork_drawing::{Color, Length, Unit};
 
 /// What values a parameter takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -305,6 +305,18 @@ style! {
 }
 
 impl Style {
+    /// Makes every dot as large as a pen of this diameter draws it.
+    pub fn use_pen(&mut self, pen: Length) {
+        (self.dot_size, self.fade, self.foreshorten, self.grow) = (pen, Fade::Off, 0.0, 0.0);
+    }
+
+    /// The diameter in millimetres of the pen with which this style draws, if it draws every dot with one: a size in
+    /// millimetres that neither arrival nor foreshortening nor dark tones change.
+    pub fn pen_mm(&self) -> Option<f32> {
+        let fixed = self.fade == Fade::Off && self.foreshorten == 0.0 && self.grow == 0.0;
+        (fixed && self.dot_size.unit == Unit::Mm).then_some(self.dot_size.value)
+    }
+
     /// Sets one parameter from text.
     ///
     /// # Errors

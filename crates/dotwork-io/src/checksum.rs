@@ -11,43 +11,90 @@ const P5: u64 = 0x27D4_EB2F_1656_67C5;
 
 /// The 64-bit checksum (XXH64, seed 0) of `bytes`: the same on every machine, used to recognise files.
 pub fn checksum(bytes: &[u8]) -> u64 {
-    let (stripes, tail) = bytes.as_chunks::<32>();
-    let mut hash = if stripes.is_empty() {
-        P5
-    } else {
-        let mut lanes = [P1.wrapping_add(P2), P2, 0, 0u64.wrapping_sub(P1)];
-        for stripe in stripes {
-            let (words, _) = stripe.as_chunks::<8>();
-            for (lane, word) in lanes.iter_mut().zip(words) {
-                *lane = round(*lane, u64::from_le_bytes(*word));
+    let mut sum = Checksum::new();
+    sum.update(bytes);
+    sum.finish()
+}
+
+/// A checksum of bytes that come in pieces.
+#[derive(Clone, Debug)]
+pub(crate) struct Checksum {
+    lanes: [u64; 4],
+    /// The beginning of a stripe that is not complete yet.
+    pending: [u8; 32],
+    length: u64,
+}
+
+impl Checksum {
+    pub(crate) fn new() -> Self {
+        Checksum { lanes: [P1.wrapping_add(P2), P2, 0, 0u64.wrapping_sub(P1)], pending: [0; 32], length: 0 }
+    }
+
+    /// Adds `bytes` to what is summed.
+    pub(crate) fn update(&mut self, mut bytes: &[u8]) {
+        let held = (self.length % 32) as usize;
+        self.length = self.length.wrapping_add(bytes.len() as u64);
+        if held > 0 {
+            let taken = bytes.len().min(32 - held);
+            self.pending[held..held + taken].copy_from_slice(&bytes[..taken]);
+            bytes = &bytes[taken..];
+            if held + taken < 32 {
+                return;
             }
+            let stripe = self.pending;
+            self.eat(&stripe);
         }
-        let [a, b, c, d] = lanes;
-        let merged = a
-            .rotate_left(1)
-            .wrapping_add(b.rotate_left(7))
-            .wrapping_add(c.rotate_left(12))
-            .wrapping_add(d.rotate_left(18));
-        lanes.iter().fold(merged, |h, &lane| (h ^ round(0, lane)).wrapping_mul(P1).wrapping_add(P4))
-    };
-    hash = hash.wrapping_add(bytes.len() as u64);
-
-    let (words, tail) = tail.as_chunks::<8>();
-    for word in words {
-        hash = (hash ^ round(0, u64::from_le_bytes(*word))).rotate_left(27).wrapping_mul(P1).wrapping_add(P4);
-    }
-    let (halves, tail) = tail.as_chunks::<4>();
-    for half in halves {
-        let value = u64::from(u32::from_le_bytes(*half));
-        hash = (hash ^ value.wrapping_mul(P1)).rotate_left(23).wrapping_mul(P2).wrapping_add(P3);
-    }
-    for &byte in tail {
-        hash = (hash ^ u64::from(byte).wrapping_mul(P5)).rotate_left(11).wrapping_mul(P1);
+        let (stripes, tail) = bytes.as_chunks::<32>();
+        for stripe in stripes {
+            self.eat(stripe);
+        }
+        self.pending[..tail.len()].copy_from_slice(tail);
     }
 
-    hash = (hash ^ (hash >> 33)).wrapping_mul(P2);
-    hash = (hash ^ (hash >> 29)).wrapping_mul(P3);
-    hash ^ (hash >> 32)
+    #[inline]
+    fn eat(&mut self, stripe: &[u8; 32]) {
+        let (words, _) = stripe.as_chunks::<8>();
+        for (lane, word) in self.lanes.iter_mut().zip(words) {
+            *lane = round(*lane, u64::from_le_bytes(*word));
+        }
+    }
+
+    /// The checksum of everything so far.
+    pub(crate) fn finish(&self) -> u64 {
+        let mut hash = if self.length < 32 {
+            P5
+        } else {
+            let [a, b, c, d] = self.lanes;
+            let merged = a
+                .rotate_left(1)
+                .wrapping_add(b.rotate_left(7))
+                .wrapping_add(c.rotate_left(12))
+                .wrapping_add(d.rotate_left(18));
+            self.lanes.iter().fold(merged, |h, &lane| (h ^ round(0, lane)).wrapping_mul(P1).wrapping_add(P4))
+        };
+        hash = hash.wrapping_add(self.length);
+
+        let tail = &self.pending[..(self.length % 32) as usize];
+        let (words, tail) = tail.as_chunks::<8>();
+        for word in words {
+            hash = (hash ^ round(0, u64::from_le_bytes(*word)))
+                .rotate_left(27)
+                .wrapping_mul(P1)
+                .wrapping_add(P4);
+        }
+        let (halves, tail) = tail.as_chunks::<4>();
+        for half in halves {
+            let value = u64::from(u32::from_le_bytes(*half));
+            hash = (hash ^ value.wrapping_mul(P1)).rotate_left(23).wrapping_mul(P2).wrapping_add(P3);
+        }
+        for &byte in tail {
+            hash = (hash ^ u64::from(byte).wrapping_mul(P5)).rotate_left(11).wrapping_mul(P1);
+        }
+
+        hash = (hash ^ (hash >> 33)).wrapping_mul(P2);
+        hash = (hash ^ (hash >> 29)).wrapping_mul(P3);
+        hash ^ (hash >> 32)
+    }
 }
 
 #[inline]
@@ -57,7 +104,7 @@ fn round(lane: u64, word: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::checksum;
+    use super::{Checksum, checksum};
 
     /// The sanity buffer of the reference implementation's own tests.
     fn sanity_buffer(length: usize) -> Vec<u8> {
@@ -84,6 +131,22 @@ mod tests {
             (222, 0xB641_AE8C_B691_C174),
         ] {
             assert_eq!(checksum(&sanity_buffer(length)), expected, "length {length}");
+        }
+    }
+
+    #[test]
+    fn pieces_sum_to_the_whole() {
+        let bytes = sanity_buffer(222);
+        for first in [0, 1, 31, 32, 33, 64, 150, 222] {
+            for second in [0, 1, 15, 40] {
+                let mut sum = Checksum::new();
+                let (a, rest) = bytes.split_at(first);
+                let (b, c) = rest.split_at(second.min(rest.len()));
+                for piece in [a, b, c] {
+                    sum.update(piece);
+                }
+                assert_eq!(sum.finish(), checksum(&bytes), "{first} + {second}");
+            }
         }
     }
 }

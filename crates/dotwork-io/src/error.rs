@@ -31,13 +31,13 @@ pub enum ReadErrorKind {
     #[error("the file is empty")]
     Empty,
     /// A known format that has no reader; the text names it.
-    #[error("is {0}, which is not read yet; PLY and OBJ are")]
+    #[error("is {0}, which is not read yet; {list} are", list = crate::format::mesh_formats())]
     NotReadYet(&'static str),
     /// A `.dots` file where a mesh was expected.
     #[error("is a .dots file, not a mesh")]
     Dots,
     /// None of the known formats; the text says what was seen instead.
-    #[error("is neither PLY nor OBJ ({0})")]
+    #[error("is none of {list} ({0})", list = crate::format::mesh_formats())]
     Unknown(String),
     /// More of something than dotwork can hold.
     #[error("{0}")]
@@ -56,8 +56,29 @@ pub enum ReadErrorKind {
         /// What was expected and what was found.
         reason: String,
     },
+    /// A volume or an image where a mesh was expected; the text names it.
+    #[error("is {0}, not a mesh")]
+    Volume(&'static str),
+    /// The file needs an extension of its format that is not read; the text says which.
+    #[error("needs the extension {0}, which is not read")]
+    Extension(String),
+    /// The file is understood and yet cannot be read as it is; the text says why.
+    #[error("{0}")]
+    Refused(String),
+    /// Another file, which this one names, cannot be read.
+    #[error("data file {}: {kind}", one_line(&file.to_string_lossy()))]
+    DataFile {
+        /// The other file.
+        file: PathBuf,
+        /// What is wrong with it.
+        kind: Box<ReadErrorKind>,
+    },
 }
 
+#[cfg_attr(
+    not(all(feature = "ply", feature = "gltf")),
+    allow(dead_code, reason = "formats left out leave helpers unused")
+)]
 impl ReadErrorKind {
     /// An error on a line of a text file, counted from 1.
     pub(crate) fn at_line(line: u64, reason: impl Into<String>) -> Self {
@@ -68,6 +89,11 @@ impl ReadErrorKind {
     pub(crate) fn at_byte(byte: usize, reason: impl Into<String>) -> Self {
         ReadErrorKind::Malformed { place: Place::Byte(byte as u64), reason: reason.into() }
     }
+
+    /// An error in an object of a structured file.
+    pub(crate) fn at_item(kind: &'static str, number: usize, reason: impl Into<String>) -> Self {
+        ReadErrorKind::Malformed { place: Place::Item(kind, number as u64), reason: reason.into() }
+    }
 }
 
 /// A place in a file; in a gzipped file, a place in what was unpacked.
@@ -77,6 +103,8 @@ pub enum Place {
     Line(u64),
     /// A byte, counted from 0.
     Byte(u64),
+    /// An object of a structured file, by its kind and its number in its list, counted from 0 ("accessor 3").
+    Item(&'static str, u64),
 }
 
 impl fmt::Display for Place {
@@ -84,6 +112,7 @@ impl fmt::Display for Place {
         match self {
             Place::Line(n) => write!(f, "line {n}"),
             Place::Byte(n) => write!(f, "byte {n}"),
+            Place::Item(kind, n) => write!(f, "{kind} {n}"),
         }
     }
 }

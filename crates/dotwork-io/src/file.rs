@@ -10,7 +10,7 @@ use dotwork_mesh::RawMesh;
 
 use crate::error::{ReadError, ReadErrorKind};
 use crate::format::{MeshFormat, Sniffed, sniff};
-use crate::{gzip, obj, ply};
+use crate::gzip;
 
 /// What is read at most from pipes and devices, which do not say how much they hold.
 const STREAM_LIMIT: u64 = 1 << 30;
@@ -50,10 +50,11 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadErrorKind> {
     Ok(bytes)
 }
 
-/// Reads a PLY or OBJ mesh, gzipped or not.
+/// Reads a mesh: PLY, OBJ, STL, OFF or glTF (each if its feature is on), gzipped or not.
 ///
-/// Polygons are cut into fans; coordinates far from zero are brought near it by [`RawMesh::origin`]; normals, texture
-/// coordinates, colours, groups and materials are not kept. What was dropped on the way is said in `warnings`.
+/// Polygons are cut into fans; coordinates far from zero are brought near it by [`RawMesh::origin`]; colours of
+/// vertices are kept; normals, texture coordinates, groups and materials are not. A glTF scene becomes one mesh in its
+/// rest pose, in the space of the scene. What was dropped on the way is said in `warnings`.
 ///
 /// # Errors
 /// [`ReadError`], with file, place and reason.
@@ -62,7 +63,8 @@ pub fn read_mesh(path: &Path, warnings: &mut Warnings) -> Result<RawMesh, ReadEr
     read_mesh_bytes(path, &bytes, warnings)
 }
 
-/// Reads a mesh from the bytes of a file; `name` appears in messages, and decides where the content does not.
+/// Reads a mesh from the bytes of a file; `name` appears in messages, and decides where the content does not. The
+/// buffers of a glTF file that lie in files of their own are looked for in the folder of `name`.
 ///
 /// # Errors
 /// As [`read_mesh`].
@@ -75,19 +77,59 @@ fn parse(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, 
         return Err(ReadErrorKind::Empty);
     }
     let bytes = if gzip::is_gzip(bytes) {
-        let limit = gzip::limit(bytes.len()).min(bytes.len() as u64 * gzip::DEFLATE_RATIO);
-        Cow::Owned(gzip::unpack(bytes, warnings, |start| match sniff(name, start, false) {
-            Sniffed::Other(error) => Err(error),
-            Sniffed::Mesh(MeshFormat::Ply) => ply::check_declared_size(start, limit),
-            _ => Ok(()),
-        })?)
+        Cow::Owned(gzip::unpack(bytes, warnings, |start| look(name, start, bytes.len()))?)
     } else {
         Cow::Borrowed(bytes)
     };
     match sniff(name, &bytes, true) {
-        Sniffed::Mesh(MeshFormat::Ply) => ply::read(&bytes, warnings),
-        Sniffed::Mesh(MeshFormat::Obj) => obj::read(&bytes, warnings),
+        Sniffed::Mesh(format) => read_format(format, name, &bytes, warnings),
         Sniffed::Other(error) => Err(error),
         Sniffed::Undecided => Err(ReadErrorKind::NoFaces),
+    }
+}
+
+/// Refuses the beginning of what `packed` bytes hold, if it is no mesh or declares more than could follow.
+#[cfg_attr(not(feature = "ply"), allow(unused_variables, reason = "only PLY declares its size up front"))]
+fn look(name: &Path, start: &[u8], packed: usize) -> Result<(), ReadErrorKind> {
+    match sniff(name, start, false) {
+        Sniffed::Other(error) => Err(error),
+        #[cfg(feature = "ply")]
+        Sniffed::Mesh(MeshFormat::Ply) => {
+            let limit = gzip::limit(packed).min(packed as u64 * gzip::DEFLATE_RATIO);
+            crate::ply::check_declared_size(start, limit)
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg_attr(
+    not(all(feature = "ply", feature = "gltf")),
+    allow(unused_variables, reason = "formats left out leave arguments unused")
+)]
+fn read_format(
+    format: MeshFormat,
+    name: &Path,
+    bytes: &[u8],
+    warnings: &mut Warnings,
+) -> Result<RawMesh, ReadErrorKind> {
+    match format {
+        #[cfg(feature = "ply")]
+        MeshFormat::Ply => crate::ply::read(bytes, warnings),
+        #[cfg(feature = "obj")]
+        MeshFormat::Obj => crate::obj::read(bytes, warnings),
+        #[cfg(feature = "stl")]
+        MeshFormat::Stl => crate::stl::read(bytes, warnings),
+        #[cfg(feature = "off")]
+        MeshFormat::Off => crate::off::read(bytes, warnings),
+        #[cfg(feature = "gltf")]
+        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, warnings),
+        #[allow(unreachable_patterns, reason = "with every feature on")]
+        _ => Err(ReadErrorKind::NotReadYet(match format {
+            MeshFormat::Ply => "a PLY file",
+            MeshFormat::Obj => "an OBJ file",
+            MeshFormat::Stl => "an STL file",
+            MeshFormat::Off => "an OFF file",
+            MeshFormat::Gltf | MeshFormat::Glb => "a glTF file",
+        })),
     }
 }

@@ -1,4 +1,4 @@
-//! What every mesh reader ends with: polygons cut into fans, coordinates brought near the origin.
+//! What every mesh reader ends with: polygons cut into fans, colours in bytes, coordinates brought near the origin.
 
 use dotwork_drawing::Warnings;
 use dotwork_mesh::RawMesh;
@@ -57,13 +57,29 @@ impl Faces {
         self.polygons += 1;
     }
 
-    /// The finished mesh.
+    /// Adds the triangles of a strip, every other one turned; [`RESTART`] begins a new strip. A repeated index only
+    /// leads the strip on.
+    pub(crate) fn push_strip(&mut self, strip: &[u32]) {
+        for run in strip.split(|&index| index == RESTART) {
+            for (i, w) in run.windows(3).enumerate() {
+                let (a, b, c) = (w[0], w[1], w[2]);
+                if a == b || b == c || c == a {
+                    continue;
+                }
+                self.triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                self.polygons += 1;
+            }
+        }
+    }
+
+    /// The finished mesh; `colors` are one for each vertex, or none.
     ///
     /// # Errors
     /// No faces; a coordinate beyond `f32`.
     pub(crate) fn into_mesh(
         self,
         coordinates: Coordinates,
+        colors: Vec<[u8; 4]>,
         warnings: &mut Warnings,
     ) -> Result<RawMesh, ReadErrorKind> {
         warnings.counted("faces with fewer than three corners dropped", self.short, self.first_short);
@@ -79,8 +95,66 @@ impl Faces {
             triangles: self.triangles,
             origin,
             polygons: self.polygons,
+            colors,
             ..RawMesh::default()
         })
+    }
+}
+
+/// The index that ends a strip and begins the next (-1 in signed numbers); never that of a vertex.
+pub(crate) const RESTART: u32 = u32::MAX;
+
+/// Colours of vertices in whatever numbers the file has.
+#[derive(Default)]
+pub(crate) struct Colors {
+    /// Red, green, blue, opacity; not numbers where the vertex has no colour.
+    values: Vec<[f32; 4]>,
+    strange: u64,
+    first_strange: usize,
+}
+
+impl Colors {
+    /// No colour at all: white.
+    const NONE: [f32; 4] = [f32::NAN; 4];
+
+    /// Gives the vertex (counted from 0) a colour; vertices are coloured in ascending order.
+    #[inline]
+    pub(crate) fn set(&mut self, vertex: usize, rgb: [f32; 3], opacity: Option<f32>) {
+        self.values.resize(vertex, Self::NONE);
+        if rgb.iter().all(|c| c.is_finite()) {
+            self.values.push([rgb[0], rgb[1], rgb[2], opacity.unwrap_or(f32::NAN)]);
+            return;
+        }
+        if self.strange == 0 {
+            self.first_strange = vertex;
+        }
+        self.strange += 1;
+        self.values.push(Self::NONE);
+    }
+
+    /// The colours of all `vertices` in bytes, or none if no vertex had any. `full` is the number that means the whole
+    /// of a channel; without it that is 1 if no number is larger, else 255.
+    pub(crate) fn finish(
+        mut self,
+        vertices: usize,
+        full: Option<f32>,
+        warnings: &mut Warnings,
+    ) -> Vec<[u8; 4]> {
+        let first = Some(format!("vertex {}", self.first_strange + 1));
+        warnings.counted("colours that are not numbers replaced by white", self.strange, first);
+        if self.values.is_empty() {
+            return Vec::new();
+        }
+        self.values.resize(vertices, Self::NONE);
+        // `f32::max` passes over what is no number.
+        let largest = |k: usize| self.values.iter().fold(0.0f32, |m, c| m.max(c[k]));
+        let opacity = largest(3);
+        let color = (0..4).map(largest).fold(0.0, f32::max);
+        let guess = |largest: f32| full.unwrap_or(if largest > 1.0 { 255.0 } else { 1.0 });
+        // Opacity may be 0…1 beside colours of 0…255, but hardly the other way round.
+        let full = [guess(color), guess(color), guess(color), guess(opacity)];
+        let byte = |c: f32, full: f32| if c.is_nan() { 255 } else { (c / full * 255.0).round() as u8 };
+        self.values.iter().map(|c| [0, 1, 2, 3].map(|k| byte(c[k], full[k]))).collect()
     }
 }
 
@@ -170,6 +244,36 @@ mod tests {
         assert!(near_origin_double(&[[1e39, 0.0, 0.0], [0.0; 3]]).is_err());
         let (positions, origin) = near_origin_double(&[[1e39, 0.0, 0.0], [1e39, 1.0, 0.0]]).unwrap();
         assert!(positions.iter().flatten().all(|v| v.is_finite()) && origin[0].is_finite());
+    }
+
+    #[test]
+    fn strips_alternate_restart_and_pass_over_repeats() {
+        let mut faces = Faces::default();
+        faces.push_strip(&[0, 1, 2, 3, RESTART, 4, 5, 6, RESTART, RESTART, 7, 8, RESTART, 0, 1, 1, 2, 3]);
+        assert_eq!(faces.triangles, [[0, 1, 2], [2, 1, 3], [4, 5, 6], [1, 2, 3]]);
+        assert_eq!(faces.polygons, 4);
+    }
+
+    #[test]
+    fn colours_find_their_scale() {
+        let finish = |colors: &[([f32; 3], Option<f32>)], full| {
+            let mut gathered = Colors::default();
+            colors.iter().enumerate().for_each(|(v, &(rgb, a))| gathered.set(v, rgb, a));
+            let mut warnings = Warnings::new();
+            (gathered.finish(3, full, &mut warnings), warnings.is_empty())
+        };
+        let white = [255; 4];
+        let floats = [([1.0, 0.5, 0.0], None), ([0.0, 2.0 / 255.0, 1.0], Some(0.2))];
+        assert_eq!(finish(&floats, None).0, [[255, 128, 0, 255], [0, 2, 255, 51], white]);
+        let bytes = [([1.0, 0.0, 0.0], None), ([300.0, -2.0, 1.0], Some(255.0))];
+        assert_eq!(finish(&bytes, None).0, [[1, 0, 0, 255], [255, 0, 1, 255], white]);
+        let mixed = [([200.0, 0.0, 0.0], Some(1.0)), ([0.0, 0.0, 1.0], Some(0.5))];
+        assert_eq!(finish(&mixed, None).0, [[200, 0, 0, 255], [0, 0, 1, 128], white]);
+        let black = [([0.0; 3], Some(255.0))];
+        assert_eq!(finish(&black, None).0, [[0, 0, 0, 255], white, white]);
+        assert_eq!(finish(&[([65535.0, 0.0, 0.0], None)], Some(65535.0)).0[0], [255, 0, 0, 255]);
+        assert_eq!(finish(&[([1.0, f32::NAN, 0.0], None)], None), (vec![white; 3], false));
+        assert_eq!(finish(&[], None), (vec![], true));
     }
 
     #[test]

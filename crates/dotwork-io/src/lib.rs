@@ -1,8 +1,10 @@
 //! Files in and out: mesh readers, mesh writers, and the `.dots` container.
 //!
-//! * [`read_mesh`] reads PLY (ascii, binary of either byte order) and OBJ, both also gzipped. What a file is is
-//!   decided by its content; its name is only asked when the content does not say. [`read_file`] and
-//!   [`read_mesh_bytes`] are its two halves, for a caller that also wants the [`checksum`] of the file.
+//! * [`read_mesh`] reads PLY, OBJ, STL, OFF and glTF (`.gltf` and `.glb`, at rest), all also gzipped. What a file is
+//!   is decided by its content; its name is only asked when the content does not say. [`read_file`] and
+//!   [`read_mesh_bytes`] are its two halves, for a caller that also wants the [`checksum`] of the file;
+//!   [`mesh_format_name`] says in words what the file is.
+//! * [`volume`] reads volumes: NRRD, NIfTI, MetaImage, legacy VTK, TIFF stacks, raw samples by option.
 //! * [`write_ply`] and [`write_obj`] write what the readers read back unchanged.
 //! * [`dots`] packs named arrays into one checked, compressed file.
 //!
@@ -29,16 +31,38 @@ pub mod dots;
 mod error;
 mod file;
 mod format;
+#[cfg_attr(
+    not(all(feature = "ply", feature = "obj")),
+    allow(dead_code, reason = "each reader uses its share")
+)]
 mod gather;
+#[cfg(feature = "gltf")]
+mod gltf;
 mod gzip;
+#[cfg_attr(
+    not(all(feature = "ply", feature = "obj")),
+    allow(dead_code, reason = "each reader uses its share")
+)]
 mod number;
+#[cfg(feature = "obj")]
 mod obj;
+#[cfg(feature = "off")]
+mod off;
+#[cfg(feature = "ply")]
 mod ply;
+#[cfg(feature = "stl")]
+mod stl;
+#[cfg_attr(
+    not(all(feature = "ply", feature = "obj")),
+    allow(dead_code, reason = "each reader uses its share")
+)]
 mod text;
+#[cfg(feature = "volume")]
+pub mod volume;
 mod write;
 
 pub use checksum::checksum;
 pub use error::{Place, ReadError, ReadErrorKind};
 pub use file::{read_file, read_mesh, read_mesh_bytes};
-pub use format::{MeshFormat, mesh_format_of};
+pub use format::{MeshFormat, mesh_format_name, mesh_format_of, mesh_formats};
 pub use write::{write_obj, write_ply};

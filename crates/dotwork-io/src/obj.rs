@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and faces; everything else is passed over.
 //!
-//! The format as in "Object Files (.obj)", Advanced Visualizer Manual, Appendix B1. Read are `v` (numbers after the
-//! third, weights or colours, are ignored) and `f` with corners `v`, `v/vt`, `v/vt/vn` or `v//vn`, indices from 1 or
+//! The format as in "Object Files (.obj)", Advanced Visualizer Manual, Appendix B1. Read are `v` (with three or four
+//! numbers after the third, the colour that MeshLab and others put there; a fourth alone is a weight, ignored) and `f` with corners `v`, `v/vt`, `v/vt/vn` or `v//vn`, indices from 1 or
 //! negative from the latest vertex, faces before or after the vertices they name, and lines continued by a backslash.
 //! Limits: free-form curves and surfaces, lines and points have no faces and are only counted.
 
@@ -9,7 +9,8 @@ use dotwork_drawing::Warnings;
 use dotwork_mesh::RawMesh;
 
 use crate::error::ReadErrorKind;
-use crate::gather::{Coordinates, Faces, check_vertex_count};
+use crate::gather::{Colors, Coordinates, Faces, check_vertex_count};
+use crate::number;
 use crate::text::{Text, with_newlines};
 
 /// Reads an OBJ file.
@@ -26,6 +27,7 @@ pub(crate) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, Rea
 #[derive(Default)]
 struct Reader {
     positions: Vec<[f64; 3]>,
+    colors: Colors,
     faces: Faces,
     face_count: u64,
     /// The corners of the face being read, kept for its memory.
@@ -100,7 +102,26 @@ impl Reader {
             }
         }
         self.positions.push(position);
+        if text.next_in_line() {
+            self.color(text);
+        }
         Ok(())
+    }
+
+    /// What follows the coordinates of the latest vertex: a colour, if three or four numbers are there.
+    fn color(&mut self, text: &mut Text) {
+        let mut numbers = [0.0; 4];
+        let mut count = 0;
+        while count < 4 && text.next_in_line() {
+            let Some((value, length)) = number::float(text.rest()) else { break };
+            text.advance(length);
+            numbers[count] = value as f32;
+            count += 1;
+        }
+        if count >= 3 {
+            let [r, g, b, a] = numbers;
+            self.colors.set(self.positions.len() - 1, [r, g, b], (count == 4).then_some(a));
+        }
     }
 
     #[inline]
@@ -114,7 +135,7 @@ impl Reader {
                 text.skip_line();
                 break;
             }
-            let Some((index, length)) = crate::number::integer(text.rest()) else {
+            let Some((index, length)) = number::integer(text.rest()) else {
                 let token = crate::error::quote(text.token());
                 return Err(text.error(format!("face {face}: {token} is not an index")));
             };
@@ -124,7 +145,7 @@ impl Reader {
                 Some(b'/') => {
                     text.token();
                 }
-                Some(&b) if !crate::number::ends_token(b) => {
+                Some(&b) if !number::ends_token(b) => {
                     return Err(
                         text.error(format!("face {face}: the index {index} runs on into other characters"))
                     );
@@ -166,7 +187,8 @@ impl Reader {
         }
         self.without_surface.say("points, lines and free-form curves or surfaces ignored", warnings);
         self.unknown.say("unknown statements ignored", warnings);
-        self.faces.into_mesh(Coordinates::Double(self.positions), warnings)
+        let colors = self.colors.finish(self.positions.len(), None, warnings);
+        self.faces.into_mesh(Coordinates::Double(self.positions), colors, warnings)
     }
 }
 

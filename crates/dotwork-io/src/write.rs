@@ -9,7 +9,8 @@ const BUFFER: usize = 64 * 1024;
 
 /// Writes a binary little-endian PLY file.
 ///
-/// Coordinates are `float`; with a non-zero [`RawMesh::origin`] they are `double`, the origin added back.
+/// Coordinates are `float`; with a non-zero [`RawMesh::origin`] they are `double`, the origin added back. Colours are
+/// written if there is one for each position; normals are not.
 ///
 /// # Errors
 /// What the writer says.
@@ -17,20 +18,29 @@ pub fn write_ply(mesh: &RawMesh, mut w: impl Write) -> io::Result<()> {
     let far = mesh.origin != [0.0; 3];
     let kind = if far { "double" } else { "float" };
     let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
+    let colored = !mesh.colors.is_empty() && mesh.colors.len() == vertices;
+    let channels = if colored {
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+    } else {
+        ""
+    };
     write!(
         w,
         "ply\nformat binary_little_endian 1.0\ncomment written by dotwork\nelement vertex {vertices}\n\
-         property {kind} x\nproperty {kind} y\nproperty {kind} z\n\
+         property {kind} x\nproperty {kind} y\nproperty {kind} z\n{channels}\
          element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
     )?;
     let mut buffer = Vec::with_capacity(BUFFER + 64);
-    for p in &mesh.positions {
+    for (i, p) in mesh.positions.iter().enumerate() {
         for (k, &v) in p.iter().enumerate() {
             if far {
                 buffer.extend_from_slice(&(f64::from(v) + mesh.origin[k]).to_le_bytes());
             } else {
                 buffer.extend_from_slice(&v.to_le_bytes());
             }
+        }
+        if colored {
+            buffer.extend_from_slice(&mesh.colors[i]);
         }
         drain(&mut buffer, &mut w, BUFFER)?;
     }
@@ -46,7 +56,7 @@ pub fn write_ply(mesh: &RawMesh, mut w: impl Write) -> io::Result<()> {
 }
 
 /// Writes an OBJ file with the shortest numbers that read back unchanged; a non-zero [`RawMesh::origin`] is added
-/// back.
+/// back. Colours follow the coordinates, 0…1, if there is one for each position; normals are not written.
 ///
 /// # Errors
 /// What the writer says.
@@ -55,7 +65,9 @@ pub fn write_obj(mesh: &RawMesh, mut w: impl Write) -> io::Result<()> {
     let mut buffer = Vec::with_capacity(BUFFER + 256);
     buffer.extend_from_slice(b"# written by dotwork\n");
     let mut text = String::new();
-    for p in &mesh.positions {
+    let colored = !mesh.colors.is_empty() && mesh.colors.len() == mesh.positions.len();
+    let channels = if mesh.colors.iter().all(|c| c[3] == 255) { 3 } else { 4 };
+    for (i, p) in mesh.positions.iter().enumerate() {
         buffer.push(b'v');
         for (k, &v) in p.iter().enumerate() {
             use std::fmt::Write as _;
@@ -72,6 +84,12 @@ pub fn write_obj(mesh: &RawMesh, mut w: impl Write) -> io::Result<()> {
             }
             buffer.push(b' ');
             buffer.extend_from_slice(text.as_bytes());
+        }
+        if colored {
+            for &channel in &mesh.colors[i][..channels] {
+                // Four decimals tell 256 levels apart.
+                write!(buffer, " {:.4}", f64::from(channel) / 255.0)?;
+            }
         }
         buffer.push(b'\n');
         drain(&mut buffer, &mut w, BUFFER)?;

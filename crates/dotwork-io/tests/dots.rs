@@ -38,7 +38,7 @@ fn everything_comes_back_bit_by_bit() {
     assert_eq!(reader.u32s("triangle").unwrap(), [1, 2, u32::MAX]);
     assert_eq!(reader.u64s("id").unwrap(), [u64::MAX, 0]);
     assert_eq!(reader.bytes("options").unwrap(), [0, 255, 10]);
-    assert_eq!(reader.f32s("none").unwrap(), []);
+    assert_eq!(reader.f32s("none").unwrap(), [0.0f32; 0]);
     assert_eq!(reader.describe("x").unwrap(), (Kind::F32, 703));
     assert!(reader.has("id") && !reader.has("ID"));
     assert_eq!(open(Writer::new().finish()).unwrap().names().count(), 0);

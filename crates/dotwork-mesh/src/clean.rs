@@ -30,16 +30,26 @@ enum Fate {
     Duplicate,
 }
 
+/// What cleaning leaves.
+pub(crate) struct Cleaned {
+    pub(crate) positions: Vec<Vec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// One for each position, or none.
+    pub(crate) colors: Vec<[u8; 4]>,
+    /// One for each position, or none; as given.
+    pub(crate) normals: Vec<[f32; 3]>,
+}
+
 /// Checks and cleans; see [`crate::Mesh::build`]. On an error nothing has been added to `warnings`.
-pub(crate) fn clean(
-    raw: RawMesh,
-    weld: bool,
-    warnings: &mut Warnings,
-) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), MeshError> {
+pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result<Cleaned, MeshError> {
     check(&raw)?;
-    let RawMesh { mut positions, mut triangles, .. } = raw;
+    let RawMesh { mut positions, mut triangles, mut colors, mut normals, .. } = raw;
+    let strange_colors = drop_misfits(&mut colors, positions.len(), "colours");
+    let strange_normals = drop_misfits(&mut normals, positions.len(), "normals");
     // No triangle can reach further vertices.
     positions.truncate(u32::MAX as usize);
+    colors.truncate(u32::MAX as usize);
+    normals.truncate(u32::MAX as usize);
     let file_triangles = triangles.len();
     // Adding zero turns -0 into 0.
     let mut positions: Vec<Vec3> = positions.par_iter().map(|&p| Vec3::from_array(p) + Vec3::ZERO).collect();
@@ -70,6 +80,8 @@ pub(crate) fn clean(
         triangles.retain(|_| fate.next() == Some(&Fate::Keep));
     }
     used = mark_used(used.len(), &triangles);
+    retain_used(&mut colors, &used);
+    retain_used(&mut normals, &used);
     compact(&mut positions, &mut triangles, &used);
     check_size(&positions)?;
 
@@ -77,7 +89,20 @@ pub(crate) fn clean(
     warnings.counted("degenerate triangles dropped", degenerate as u64, place("triangle", first_degenerate));
     warnings.counted("duplicate triangles dropped", duplicate as u64, place("triangle", first_duplicate));
     warnings.counted("unused vertices dropped", unused as u64, place("vertex", first_unused));
-    Ok((positions, triangles))
+    for strange in [strange_colors, strange_normals].into_iter().flatten() {
+        warnings.say(strange);
+    }
+    Ok(Cleaned { positions, triangles, colors, normals })
+}
+
+/// Empties what should be one for each of `vertices` and is not; the warning that says so.
+fn drop_misfits<T>(values: &mut Vec<T>, vertices: usize, what: &str) -> Option<String> {
+    if values.is_empty() || values.len() == vertices {
+        return None;
+    }
+    let said = format!("{what} of the vertices ignored: {} for {vertices} vertices", values.len());
+    values.clear();
+    Some(said)
 }
 
 /// Indices in range, coordinates finite, and something there at all.
@@ -248,7 +273,12 @@ pub(crate) fn compact(positions: &mut Vec<Vec3>, triangles: &mut [[u32; 3]], use
             v
         })
         .collect();
-    let mut keep = used.iter();
-    positions.retain(|_| keep.next() == Some(&true));
+    retain_used(positions, used);
     triangles.par_iter_mut().for_each(|t| *t = t.map(|v| renumbered[v as usize]));
+}
+
+/// Drops the entries of vertices that are not used.
+fn retain_used<T>(values: &mut Vec<T>, used: &[bool]) {
+    let mut keep = used.iter();
+    values.retain(|_| keep.next() == Some(&true));
 }

@@ -4,7 +4,8 @@ use dotwork_drawing::Warnings;
 use glam::Vec3;
 use thiserror::Error;
 
-use crate::{Topology, clean, normals, winding};
+use crate::clean::{self, Cleaned};
+use crate::{Topology, normals, winding};
 
 /// Vertices and triangles as a file gives them, before any cleaning.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,6 +56,8 @@ pub struct Mesh {
     pub origin: [f64; 3],
     /// True if every edge has exactly two faces that agree in winding.
     pub closed: bool,
+    /// Colours of the vertices, sRGB and opacity, 0…255: one for each position, or empty if the source has none.
+    pub colors: Vec<[u8; 4]>,
 }
 
 /// Why a mesh cannot be used. Each text reads well after the name of the file and a colon.
@@ -115,14 +118,17 @@ impl Mesh {
     /// Puts a raw mesh in order:
     ///
     /// 1. indices and coordinates are checked;
-    /// 2. vertices with bit-identical positions become one (`options.weld`; −0 equals 0);
+    /// 2. vertices with bit-identical positions become one (`options.weld`; −0 equals 0), with the colour and the
+    ///    given normal of the first;
     /// 3. triangles without area (a corner twice, or a height under 10⁻⁷ of the longest edge) and repeated
     ///    triangles (the same three vertices in any order) are dropped, then vertices that no triangle uses;
     /// 4. neighbours are made to agree in winding, and surfaces that enclose something to face outwards;
     /// 5. normals are the facet normals around a vertex weighted by the angle each face has there, split where faces
-    ///    meet at more than `options.crease_angle`.
+    ///    meet at more than `options.crease_angle`. Where nothing is split (180), [`RawMesh::normals`] are used
+    ///    instead if they are given, brought to unit length; they turn with their faces, and computed ones stand in
+    ///    for those that are zero or not finite.
     ///
-    /// What remains keeps its order, so a clean mesh keeps its indices. Every change adds a warning.
+    /// Colours or normals that are not one for each position are ignored with a warning. What remains keeps its order, so a clean mesh keeps its indices. Every change adds a warning.
     ///
     /// # Winding
     ///
@@ -139,13 +145,54 @@ impl Mesh {
     /// Any [`MeshError`]; `warnings` then holds nothing new.
     pub fn build(raw: RawMesh, options: &MeshOptions, warnings: &mut Warnings) -> Result<Mesh, MeshError> {
         let origin = raw.origin;
-        let (positions, mut triangles) = clean::clean(raw, options.weld, warnings)?;
+        let Cleaned { positions, mut triangles, colors, normals: given } =
+            clean::clean(raw, options.weld, warnings)?;
         let mut topology = Topology::new(positions.len(), &triangles);
+        // A crease angle that is no number splits nothing.
+        let smooth = options.crease_angle.is_nan() || options.crease_angle >= 180.0;
+        let as_given = (smooth && !given.is_empty()).then(|| triangles.clone());
         winding::orient(&positions, &mut triangles, &mut topology, warnings);
         let closed = topology.is_closed();
-        let (normals, corner_normals) =
-            normals::normals(&positions, &triangles, &topology, options.crease_angle);
-        Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed })
+        let computed = || normals::normals(&positions, &triangles, &topology, options.crease_angle);
+        let (normals, corner_normals) = match as_given {
+            Some(before) => {
+                let given = normals::turned(&given, &before, &triangles);
+                (normals::completed(given, || computed().0, warnings), triangles.clone())
+            }
+            None => computed(),
+        };
+        Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed, colors })
+    }
+
+    /// A mesh from plain arrays: vertex positions in object units, and triangles as indices into them,
+    /// counter-clockwise seen from outside.
+    ///
+    /// The short form of [`Mesh::build`] with the default [`MeshOptions`]: cleaned in the same way, but without a
+    /// word on what was changed.
+    ///
+    /// ```
+    /// use dotwork_mesh::Mesh;
+    ///
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let mesh = Mesh::from_slices(&corners, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])?;
+    /// assert!(mesh.closed);
+    /// assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-6);
+    ///
+    /// assert!(Mesh::from_slices(&corners, &[[0, 1, 4]]).is_err(), "there is no vertex 4");
+    /// # Ok::<(), dotwork_mesh::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`].
+    pub fn from_slices(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Mesh, MeshError> {
+        let raw = RawMesh {
+            positions: positions.to_vec(),
+            triangles: triangles.to_vec(),
+            polygons: triangles.len(),
+            ..RawMesh::default()
+        };
+        Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new())
     }
 
     /// The topology of the triangles, computed anew on each call.

@@ -8,6 +8,7 @@
 //! manifold edges at the vertex joins them and no edge on it is creased. The group with the lowest face keeps the normal
 //! of the vertex; each other group gets one behind those of the vertices.
 
+use dotwork_drawing::Warnings;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -69,6 +70,55 @@ pub(crate) fn normals(
     }
     normals.append(&mut split);
     (normals, corner_normals)
+}
+
+/// Given normals, turned at the vertices where most faces were turned between `before` and `after`.
+pub(crate) fn turned(given: &[[f32; 3]], before: &[[u32; 3]], after: &[[u32; 3]]) -> Vec<Vec3> {
+    let mut normals: Vec<Vec3> = given.iter().map(|&n| Vec3::from_array(n)).collect();
+    if before == after {
+        return normals;
+    }
+    // Faces kept less faces turned.
+    let mut balance = vec![0i32; given.len()];
+    for (b, a) in before.iter().zip(after) {
+        for &v in a {
+            balance[v as usize] += if a == b { 1 } else { -1 };
+        }
+    }
+    for (normal, &balance) in normals.iter_mut().zip(&balance) {
+        if balance < 0 {
+            *normal = -*normal;
+        }
+    }
+    normals
+}
+
+/// Given normals at unit length; those that have no direction are taken from the computed ones.
+pub(crate) fn completed(
+    mut given: Vec<Vec3>,
+    computed: impl FnOnce() -> Vec<Vec3>,
+    warnings: &mut Warnings,
+) -> Vec<Vec3> {
+    // In double precision, since squares of short normals vanish in single.
+    let mut computed = Some(computed);
+    let mut stand_in: Vec<Vec3> = Vec::new();
+    let (mut count, mut first) = (0, None);
+    for (v, normal) in given.iter_mut().enumerate() {
+        *normal = match normal.as_dvec3().try_normalize() {
+            Some(unit) => unit.as_vec3(),
+            None => {
+                if let Some(computed) = computed.take() {
+                    stand_in = computed();
+                }
+                count += 1;
+                first.get_or_insert(v);
+                stand_in[v]
+            }
+        };
+    }
+    let first = first.map(|v| format!("vertex {v}"));
+    warnings.counted("given normals without direction replaced by computed ones", count, first);
+    given
 }
 
 /// The normals of a run of vertices.

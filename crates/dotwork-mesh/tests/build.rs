@@ -377,3 +377,111 @@ fn threads_do_not_show() {
     };
     assert!(on(1) == on(3));
 }
+
+/// The mesh with a colour of its own and a normal from the origin, not of unit length, at each vertex.
+fn coloured(mut raw: RawMesh) -> RawMesh {
+    let n = raw.positions.len();
+    raw.colors = (0..n).map(|v| [v as u8, 7, 9, 255]).collect();
+    raw.normals = raw.positions.iter().map(|&p| (3.0 * Vec3::from_array(p)).to_array()).collect();
+    raw
+}
+
+#[test]
+fn colours_and_given_normals_stay_with_their_vertices() {
+    let sphere = shapes::sphere(4);
+    let raw = coloured(sphere.clone());
+    let (mesh, warnings) = build(raw.clone());
+    assert_eq!((mesh.colors.as_slice(), warnings.len()), (raw.colors.as_slice(), 0));
+    for (n, p) in mesh.normals.iter().zip(&mesh.positions) {
+        assert!(n.distance(p.normalize()) < 1e-6, "{n} at {p}");
+    }
+    assert_eq!(mesh.corner_normals, mesh.triangles);
+
+    // Below 180° the computed ones count.
+    let (split, _) = build_with(raw.clone(), creased(170.0));
+    let (plain, _) = build_with(sphere, creased(170.0));
+    assert_eq!(split.unwrap().normals, plain.unwrap().normals);
+
+    // An unused vertex before the others, and a soup whose first copies hold the colours.
+    let mut shifted = raw.clone();
+    shifted.positions.insert(0, [9.0; 3]);
+    shifted.colors.insert(0, [99; 4]);
+    shifted.normals.insert(0, [0.0; 3]);
+    shifted.triangles.iter_mut().flatten().for_each(|v| *v += 1);
+    let (compacted, _) = build(shifted);
+    assert_eq!((&compacted.colors, &compacted.normals), (&mesh.colors, &mesh.normals));
+    let corners = || raw.triangles.iter().flatten().map(|&v| v as usize);
+    let soup = RawMesh {
+        colors: corners().enumerate().map(|(k, v)| [v as u8, 7, 9, k as u8]).collect(),
+        normals: corners().map(|v| raw.normals[v]).collect(),
+        ..soup(&raw)
+    };
+    let (welded, _) = build(soup.clone());
+    assert_eq!(welded.positions.len(), welded.colors.len());
+    for (position, color) in welded.positions.iter().zip(&welded.colors) {
+        let first = soup.positions.iter().position(|&p| Vec3::from_array(p) == *position).unwrap();
+        assert_eq!(*color, soup.colors[first]);
+    }
+}
+
+#[test]
+fn given_normals_turn_with_their_faces() {
+    let sphere = shapes::sphere(3);
+    let inward = coloured(turned(sphere.clone()));
+    // The normals agree with the inward faces.
+    let normals = inward.normals.iter().map(|n| n.map(|c| -c)).collect();
+    let (mesh, warnings) = build(RawMesh { normals, ..inward });
+    assert_eq!(warnings, ["winding turned: the surface faced inwards"]);
+    for (n, p) in mesh.normals.iter().zip(&mesh.positions) {
+        assert!(n.dot(p.normalize()) > 0.999);
+    }
+    // Of two spheres the one that faces inwards.
+    let far = scaled(sphere.clone(), 1.0, [5.0, 0.0, 0.0]);
+    let mut two = joined(turned(sphere.clone()), far);
+    let outward = |p: &[f32; 3]| Vec3::from_array(*p) - if p[0] > 2.0 { 5.0 * Vec3::X } else { Vec3::ZERO };
+    let first = sphere.positions.len();
+    two.normals = two.positions.iter().map(|p| outward(p).to_array()).collect();
+    two.normals[..first].iter_mut().for_each(|n| *n = n.map(|c| -c));
+    let (mesh, _) = build(two);
+    for (n, p) in mesh.normals.iter().zip(&mesh.positions) {
+        assert!(n.dot(outward(&p.to_array())) > 0.999, "{n} at {p}");
+    }
+}
+
+#[test]
+fn odd_colours_and_normals_are_said() {
+    let mut raw = coloured(cube());
+    raw.normals[2] = [0.0, f32::NAN, 0.0];
+    raw.normals[5] = [0.0; 3];
+    raw.normals[6] = [1e-30, 0.0, 0.0];
+    let (mesh, warnings) = build(raw);
+    assert_eq!(warnings, ["2 given normals without direction replaced by computed ones, first at vertex 2"]);
+    let (computed, _) = build(cube());
+    assert_eq!((mesh.normals[2], mesh.normals[5]), (computed.normals[2], computed.normals[5]));
+    assert_eq!(mesh.normals[6], Vec3::X);
+
+    let mut raw = coloured(cube());
+    raw.colors.pop();
+    raw.normals.pop();
+    let (mesh, warnings) = build(raw);
+    assert_eq!(
+        warnings,
+        [
+            "colours of the vertices ignored: 7 for 8 vertices",
+            "normals of the vertices ignored: 7 for 8 vertices"
+        ]
+    );
+    assert_eq!((mesh.colors.len(), mesh.normals), (0, computed.normals));
+}
+
+#[test]
+fn slices_make_the_mesh_that_build_makes() {
+    let raw = cube();
+    let mesh = Mesh::from_slices(&raw.positions, &raw.triangles).unwrap();
+    assert_eq!(mesh, build(raw.clone()).0);
+    assert_eq!(Mesh::from_slices(&raw.positions, &[]), Err(MeshError::NoTriangles));
+    assert!(matches!(
+        Mesh::from_slices(&raw.positions, &[[0, 1, 8]]),
+        Err(MeshError::IndexOutOfRange { vertex: 8, .. })
+    ));
+}

@@ -39,7 +39,7 @@ pub fn mesh_to_dots(
     scene.camera.set_direction("30,20")?;
     let drawing = scene.draw();
     if let Some(path) = output {
-        write_drawing(path, Format::CsvFull, &drawing, &scene)?;
+        write_drawing(path, Format::CsvFull, &drawing, &scene, warnings)?;
     }
     Ok(drawing.dot_count())
 }

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
-use dotwork_drawing::{Color, Drawing, Page, View};
+use dotwork_drawing::{Color, Drawing, Layer, Page, View};
 use dotwork_ink::{Stock, Style};
 use dotwork_render::{CpuBackend, Frame, InkPlan, Subject};
 use glam::Vec3;
 
 use crate::scene::Scene;
+
+/// Name of the layer with the scale bar.
+pub const SCALE_BAR: &str = "scale bar";
 
 /// Draws baked scenes, frame after frame.
 #[derive(Default)]
@@ -58,6 +61,13 @@ impl Artist {
         self.plan(scene);
         let seen = see(scene, &self.plans);
         self.backend.frame(&seen.frame(), drawing);
+        for (layer, subject) in drawing.layers.iter_mut().zip(&seen.subjects) {
+            layer.pen_mm = subject.style.pen_mm();
+        }
+        if let Ok(Some(strokes)) = scene.scale_bar_strokes() {
+            let color = scene.objects.first().map_or(Color::BLACK, |o| o.style.color);
+            drawing.layers.push(Layer { object: SCALE_BAR.into(), color, strokes, ..Layer::default() });
+        }
     }
 
     /// The share of the objects' page area, 0…1, whose tone the stock is too sparse for. Call it after

@@ -27,7 +27,7 @@
 //! let drawing = scene.draw();
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("torus.png");
-//! write_drawing(&path, Format::Png, &drawing, &scene)?;
+//! write_drawing(&path, Format::Png, &drawing, &scene, &mut warnings)?;
 //! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -62,16 +62,21 @@ mod artist;
 mod dots_file;
 #[cfg(feature = "files")]
 mod files;
+mod scale_bar;
 mod scene;
 #[cfg(feature = "files")]
 mod style_file;
 
-pub use artist::Artist;
+pub use artist::{Artist, SCALE_BAR};
 #[cfg(feature = "files")]
-pub use dots_file::{encode_dots, save_dots, settings_text};
+pub use dots_file::{Described, encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
-pub use files::{FileError, Format, Loaded, MeshFile, encode_drawing, load, open, write_drawing};
-pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, ZOOM};
+pub use files::{
+    FileError, Format, LoadOptions, Loaded, MeshFile, Plate, VolumeInput, encode_drawing, load, load_with,
+    open, prepare, write_drawing,
+};
+pub use scale_bar::ScaleBar;
+pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, World, ZOOM};
 #[cfg(feature = "files")]
 pub use style_file::{StyleFile, read_style};
 
@@ -85,3 +90,4 @@ pub use dotwork_ink::{self as ink, MAX_STIPPLES, Style, preset};
 pub use dotwork_io as io;
 pub use dotwork_mesh::{self as mesh, Mesh, MeshError, RawMesh};
 pub use dotwork_render::{self as render, Raster, Rasterizer};
+pub use dotwork_volume::{self as volume, Volume};

@@ -4,12 +4,14 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use dotwork_drawing::{Camera, Light, Page, View, Warnings};
+use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
 use dotwork_ink::{BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
 use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
+use dotwork_volume::{Space, Unit};
 use glam::Vec3;
 
 use crate::artist::Artist;
+use crate::scale_bar::ScaleBar;
 
 /// Most stipples that [`Stipples::Auto`] bakes for one object.
 pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
@@ -53,12 +55,25 @@ impl FromStr for Stipples {
 }
 
 /// Where an object came from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Source {
-    /// Name of the file, without its folder, or `demo:NAME`.
+    /// The path of the file as it was given, or `demo:NAME`.
     pub file: String,
-    /// XXH64 of the file's bytes; `None` for demos.
+    /// XXH64 of the bytes of all its files; `None` for demos.
     pub checksum: Option<u64>,
+    /// How the bytes of a file without a header are laid out (`256x256x128:u8`).
+    pub raw: Option<String>,
+    /// The value whose isosurface was taken from a volume.
+    pub iso: Option<f64>,
+}
+
+/// What is known about the space in which an object lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct World {
+    /// What the axes mean.
+    pub space: Space,
+    /// The unit of length.
+    pub unit: Unit,
 }
 
 /// A surface with its style and, once baked, its stipples.
@@ -68,6 +83,8 @@ pub struct Object {
     pub name: String,
     /// Where it came from, if from a file.
     pub source: Option<Source>,
+    /// The space in which it lies.
+    pub world: World,
     /// Its surface.
     pub mesh: Arc<Mesh>,
     /// How it is drawn.
@@ -89,7 +106,7 @@ impl Object {
     ) -> Result<Object, MeshError> {
         let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
         let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
-        Ok(Object { name: name.into(), source: None, mesh, style, stock: None })
+        Ok(Object { name: name.into(), source: None, world: World::default(), mesh, style, stock: None })
     }
 
     /// Draws this object in another style from now on.
@@ -106,7 +123,12 @@ impl Object {
                 triangles: old.triangles.clone(),
                 origin: old.origin,
                 polygons: old.triangles.len(),
-                ..RawMesh::default()
+                colors: old.colors.clone(),
+                // One a vertex: they may be better than those of the triangles.
+                normals: match old.normals.len() == old.positions.len() {
+                    true => old.normals.iter().map(|n| n.to_array()).collect(),
+                    false => Vec::new(),
+                },
             };
             let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
             let mesh = Mesh::build(raw, &options, &mut Warnings::new())?;
@@ -143,6 +165,10 @@ pub struct Scene {
     pub stipples: Stipples,
     /// Seed of every random choice.
     pub seed: u32,
+    /// A scale bar; drawn only in a parallel view.
+    pub scale_bar: Option<ScaleBar>,
+    /// Diameters in millimetres of the pens that files are written for; empty: dots of any size.
+    pub pens: Vec<f32>,
 }
 
 impl Scene {
@@ -182,10 +208,33 @@ impl Scene {
         self.camera.view(center, radius, &self.page)
     }
 
+    /// What is known about the space of the objects: of the first that knows.
+    pub fn world(&self) -> World {
+        let mut world = World::default();
+        for object in &self.objects {
+            if world.space == Space::Unknown {
+                world.space = object.world.space;
+            }
+            if world.unit == Unit::Unknown {
+                world.unit = object.world.unit;
+            }
+        }
+        world
+    }
+
+    /// The strokes of the scale bar; `None` if none is asked for.
+    ///
+    /// # Errors
+    /// As [`ScaleBar::strokes`].
+    pub fn scale_bar_strokes(&self) -> Result<Option<Strokes>, String> {
+        let bar = self.scale_bar.as_ref();
+        bar.map(|bar| bar.strokes(&self.view(), &self.page, self.world().unit)).transpose()
+    }
+
     /// Bakes what has not been baked. `progress` is called with a share 0…1.
     ///
     /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are.
-    pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
+    pub fn bake(&mut self, progress: impl FnMut(f32)) {
         let missing: Vec<usize> =
             (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
         if missing.is_empty() {
@@ -204,9 +253,21 @@ impl Scene {
                     .collect()
             }
         };
+        self.bake_some(&missing, &counts, progress);
+    }
+
+    /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says. `progress` is called with a share
+    /// 0…1.
+    pub fn bake_counts(&mut self, counts: &[usize], progress: impl FnMut(f32)) {
+        let all: Vec<usize> = (0..self.objects.len().min(counts.len())).collect();
+        self.bake_some(&all, counts, progress);
+    }
+
+    /// Bakes `counts[i]` stipples for object `which[i]`.
+    fn bake_some(&mut self, which: &[usize], counts: &[usize], mut progress: impl FnMut(f32)) {
         let whole = counts.iter().sum::<usize>().max(1) as f32;
         let mut done = 0.0;
-        for (&k, &count) in missing.iter().zip(&counts) {
+        for (&k, &count) in which.iter().zip(counts) {
             let share = count as f32 / whole;
             self.objects[k].bake(count, self.seed, &mut |p| progress(done + share * p));
             done += share;

@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use dotwork::io::dots::{Kind, Reader, Writer};
+use dotwork::volume::{Space, Unit};
 use dotwork::{
-    Format, LightFrame, Page, Scene, Stipples, Style, UpAxis, Warnings, encode_dots, encode_drawing, load,
-    open, preset, save_dots, settings_text,
+    Format, LightFrame, Object, Page, Scene, Source, Stipples, Style, UpAxis, Warnings, World, encode_dots,
+    encode_drawing, load, mesh, open, preset, save_dots, settings_text,
 };
 
 /// Two baked objects and no setting at its default.
@@ -14,7 +15,19 @@ fn scene() -> Scene {
     let mut warnings = Warnings::new();
     let mut creased = preset("sepia").unwrap();
     creased.set("crease_angle", "20").unwrap();
-    let mut scene = open("demo:teapot", &creased, &mut warnings).unwrap();
+    let mut teapot = mesh::shapes::demo("teapot").unwrap();
+    teapot.colors = (0..teapot.positions.len()).map(|i| [i as u8, (i / 256) as u8, 7, 255]).collect();
+    let mut object = Object::new("teapot", teapot, creased, &mut warnings).unwrap();
+    object.world = World { space: Space::Patient, unit: Unit::Micrometre };
+    object.source = Some(Source {
+        file: "there/teapot.raw".into(),
+        checksum: Some(0xfedc_ba98_7654_3210),
+        raw: Some("2x2x2:u8".into()),
+        iso: Some(-0.1),
+    });
+    let mut scene = Scene::of(object);
+    scene.scale_bar = Some("0.5um".parse().unwrap());
+    scene.pens = vec![0.18, 0.25];
     scene.add(open("demo:torus", &Style::default(), &mut warnings).unwrap().objects.remove(0));
     scene.stipples = Stipples::Count(3000);
     scene.seed = 7;
@@ -43,12 +56,15 @@ fn a_scene_comes_back_whole() {
     assert_eq!(settings_text(&before), settings_text(&after));
     assert_eq!((before.camera, before.light, before.page), (after.camera, after.light, after.page));
     assert_eq!((before.seed, before.stipples), (after.seed, after.stipples));
+    assert_eq!((before.scale_bar, &before.pens), (after.scale_bar, &after.pens));
+    assert_eq!(after.objects[0].mesh.colors.len(), after.objects[0].mesh.positions.len());
     for (a, b) in before.objects.iter().zip(&after.objects) {
-        assert_eq!((&a.name, &a.source, &a.style), (&b.name, &b.source, &b.style));
+        assert_eq!((&a.name, &a.source, &a.style, a.world), (&b.name, &b.source, &b.style, b.world));
         assert_eq!(a.mesh, b.mesh);
         assert_eq!(a.stock, b.stock);
     }
-    for format in [Format::Png, Format::CsvFull, Format::Json] {
+    let formats = [Format::Png, Format::Svg, Format::Pdf, Format::TiffBilevel, Format::CsvFull, Format::Json];
+    for format in formats {
         assert!(drawn(&mut before, format) == drawn(&mut after, format), "{format:?}");
     }
     assert_eq!(encode_dots(&before), encode_dots(&after), "a file of a file is the same file");

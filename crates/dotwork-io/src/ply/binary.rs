@@ -8,7 +8,7 @@ use dotwork_drawing::Warnings;
 use super::header::{Element, Header, Kind, Scalar};
 use super::{Body, out_of_range, row_name};
 use crate::error::ReadErrorKind;
-use crate::gather::{AXES, Coordinates, Faces};
+use crate::gather::{AXES, Colors, Coordinates, Faces, RESTART};
 
 /// Reads the body; `BIG`: numbers are big-endian.
 pub(super) fn read<const BIG: bool>(
@@ -18,12 +18,14 @@ pub(super) fn read<const BIG: bool>(
 ) -> Result<Body, ReadErrorKind> {
     let mut reader = Reader::<BIG> { bytes, at: header.length };
     let mut coordinates = Coordinates::Single(Vec::new());
+    let mut colors = Vec::new();
     let mut faces = Faces::default();
     let vertices = header.element("vertex").map_or(0, |e| e.count as u32);
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => coordinates = reader.vertices(element)?,
-            "face" => faces = reader.faces(element, vertices)?,
+            "vertex" => (coordinates, colors) = reader.vertices(element, warnings)?,
+            "face" => reader.faces(element, vertices, &mut faces)?,
+            "tristrips" => reader.strips(element, vertices, &mut faces)?,
             _ => reader.skip(element)?,
         }
     }
@@ -31,7 +33,7 @@ pub(super) fn read<const BIG: bool>(
     if left > 0 {
         warnings.say(format!("{left} bytes after the last element ignored"));
     }
-    Ok(Body { coordinates, faces })
+    Ok(Body { coordinates, colors, faces })
 }
 
 struct Reader<'a, const BIG: bool> {
@@ -124,9 +126,15 @@ impl<'a, const BIG: bool> Reader<'a, BIG> {
         Ok(items as usize * item.size())
     }
 
-    fn vertices(&mut self, element: &Element) -> Result<Coordinates, ReadErrorKind> {
+    fn vertices(
+        &mut self,
+        element: &Element,
+        warnings: &mut Warnings,
+    ) -> Result<(Coordinates, Vec<[u8; 4]>), ReadErrorKind> {
         let xyz = element.xyz()?;
-        let Some(stride) = element.stride() else { return self.vertices_with_lists(element, xyz) };
+        let Some(stride) = element.stride() else {
+            return self.vertices_with_lists(element, xyz, warnings);
+        };
         let start = self.at;
         let rows = self.fixed_rows(element, stride)?;
         let kinds = xyz.map(|k| element.properties[k].kind);
@@ -148,37 +156,88 @@ impl<'a, const BIG: bool> Reader<'a, BIG> {
             Coordinates::Single(p) => check_finite(p, place)?,
             Coordinates::Double(p) => check_finite(p, place)?,
         }
-        Ok(coordinates)
+        Ok((coordinates, colors::<BIG>(element, rows, stride, warnings)))
     }
 
     fn vertices_with_lists(
         &mut self,
         element: &Element,
         xyz: [usize; 3],
-    ) -> Result<Coordinates, ReadErrorKind> {
+        warnings: &mut Warnings,
+    ) -> Result<(Coordinates, Vec<[u8; 4]>), ReadErrorKind> {
+        let rgba = element.color();
+        let mut colors = Colors::default();
         let most = (self.left() / element.least_size()) as u64 + 1;
         let mut positions = Vec::with_capacity(element.count.min(most) as usize);
         for row in 0..element.count {
             let start = self.at;
             let mut position = [0.0; 3];
+            let mut color = [f32::NAN; 4];
             self.walk(element, row, |property, scalar, bytes| {
                 if let Some(axis) = xyz.iter().position(|&k| k == property) {
                     position[axis] = number::<BIG>(scalar, bytes);
+                }
+                let channel = rgba.and_then(|(_, at)| at.iter().position(|&k| k == Some(property)));
+                if let Some(channel) = channel {
+                    color[channel] = number::<BIG>(scalar, bytes) as f32;
                 }
             })?;
             if !position.iter().all(|v| v.is_finite()) {
                 return Err(not_finite(row, axis_not_finite(position), start));
             }
+            if rgba.is_some() {
+                let [r, g, b, a] = color;
+                colors.set(positions.len(), [r, g, b], Some(a));
+            }
             positions.push(position);
         }
-        Ok(Coordinates::Double(positions))
+        let full = rgba.and_then(|(kind, _)| kind.full());
+        let colors = colors.finish(positions.len(), full, warnings);
+        Ok((Coordinates::Double(positions), colors))
     }
 
-    fn faces(&mut self, element: &Element, vertices: u32) -> Result<Faces, ReadErrorKind> {
+    fn strips(&mut self, element: &Element, vertices: u32, faces: &mut Faces) -> Result<(), ReadErrorKind> {
+        let list = element.corner_list()?;
+        let mut strip = Vec::new();
+        for row in 0..element.count {
+            let start = self.at;
+            let mut wrong = None;
+            self.walk(element, row, |property, scalar, bytes| {
+                if property == list {
+                    strip.clear();
+                    // -1, or the largest number of an unsigned type.
+                    let restart = match scalar {
+                        Scalar::U8 => u8::MAX.into(),
+                        Scalar::U16 => u16::MAX.into(),
+                        Scalar::U32 => u32::MAX.into(),
+                        Scalar::U64 => u64::MAX.into(),
+                        _ => -1,
+                    };
+                    strip.extend(bytes.chunks_exact(scalar.size()).map(|b| {
+                        match integer::<BIG>(scalar, b) {
+                            i if i >= 0 && i < i128::from(vertices) => i as u32,
+                            i if i == restart => RESTART,
+                            i => {
+                                wrong.get_or_insert(i);
+                                RESTART
+                            }
+                        }
+                    }));
+                }
+            })?;
+            if let Some(index) = wrong {
+                return Err(ReadErrorKind::at_byte(start, out_of_range(element, row, index, vertices)));
+            }
+            faces.push_strip(&strip);
+        }
+        Ok(())
+    }
+
+    fn faces(&mut self, element: &Element, vertices: u32, faces: &mut Faces) -> Result<(), ReadErrorKind> {
         let list = element.corner_list()?;
         let layout = TriangleLayout::of(element, list);
         let start = self.at;
-        let mut faces = Faces::default();
+        let first = faces.triangles.len();
         let least = element.least_size() + 3 * scalar_of(element.properties[list].kind).size();
         faces.triangles.reserve(element.count.min((self.left() / least) as u64) as usize);
         let mut corners = Vec::new();
@@ -205,12 +264,12 @@ impl<'a, const BIG: bool> Reader<'a, BIG> {
             faces.push(&corners, || row_name(element, row));
             row += 1;
         }
-        let largest = faces.triangles.iter().flatten().fold(0, |a, &b| a.max(b));
+        let largest = faces.triangles[first..].iter().flatten().fold(0, |a, &b| a.max(b));
         if largest >= vertices {
             self.at = start;
             self.find_out_of_range(element, list, vertices)?;
         }
-        Ok(faces)
+        Ok(())
     }
 
     /// Walks the faces again, to name the first whose index is out of range.
@@ -284,6 +343,28 @@ fn singles<const BIG: bool>(rows: &[u8], stride: usize, offsets: [usize; 3]) -> 
         return rows.as_chunks::<12>().0.iter().map(|b| [value(b, 0), value(b, 4), value(b, 8)]).collect();
     }
     rows.chunks_exact(stride).map(|b| offsets.map(|k| value(b, k))).collect()
+}
+
+/// The colours of rows of fixed size.
+fn colors<const BIG: bool>(
+    element: &Element,
+    rows: &[u8],
+    stride: usize,
+    warnings: &mut Warnings,
+) -> Vec<[u8; 4]> {
+    let Some((scalar, at)) = element.color() else { return Vec::new() };
+    let offset = |k: usize| element.properties[..k].iter().map(|p| scalar_of(p.kind).size()).sum::<usize>();
+    let offsets = at.map(|k| k.map(offset));
+    if scalar == Scalar::U8 {
+        let row = |b: &[u8]| offsets.map(|o| o.map_or(u8::MAX, |o| b[o]));
+        return rows.chunks_exact(stride).map(row).collect();
+    }
+    let mut colors = Colors::default();
+    for (vertex, row) in rows.chunks_exact(stride).enumerate() {
+        let [r, g, b, a] = offsets.map(|o| o.map_or(f32::NAN, |o| number::<BIG>(scalar, &row[o..]) as f32));
+        colors.set(vertex, [r, g, b], Some(a));
+    }
+    colors.finish(rows.len() / stride, scalar.full(), warnings)
 }
 
 fn check_finite<T: Copy + Into<f64>>(

@@ -53,6 +53,20 @@ impl Scalar {
         }
     }
 
+    /// The number that stands for the whole of a colour channel; `None` for fractions, of which some files have 0…1
+    /// and some 0…255.
+    pub(super) fn full(self) -> Option<f32> {
+        Some(match self {
+            Scalar::F32 | Scalar::F64 => return None,
+            Scalar::I8 => i8::MAX.into(),
+            Scalar::U8 => u8::MAX.into(),
+            Scalar::I16 => i16::MAX.into(),
+            Scalar::U16 => u16::MAX.into(),
+            // Wide integers hold 0…255 as well: wide types are carelessness, not precision.
+            Scalar::I32 | Scalar::U32 | Scalar::I64 | Scalar::U64 => u8::MAX.into(),
+        })
+    }
+
     pub(super) fn is_integer(self) -> bool {
         !matches!(self, Scalar::F32 | Scalar::F64)
     }
@@ -109,16 +123,45 @@ impl Element {
         Ok(found)
     }
 
-    /// Which property lists the corners of a face.
+    /// The type of the colour of the rows, and which properties are red, green, blue and perhaps opacity.
+    pub(super) fn color(&self) -> Option<(Scalar, [Option<usize>; 4])> {
+        let scalar = |name: &str| {
+            let at = self.properties.iter().position(|p| p.name == name)?;
+            match self.properties[at].kind {
+                Kind::Scalar(scalar) => Some((at, scalar)),
+                Kind::List { .. } => None,
+            }
+        };
+        const NAMES: [[&str; 4]; 3] = [
+            ["red", "green", "blue", "alpha"],
+            ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
+            ["r", "g", "b", "a"],
+        ];
+        NAMES.iter().find_map(|names| {
+            let [r, g, b, a] = names.map(scalar);
+            let (red, kind) = r?;
+            let same = |other: Option<(usize, Scalar)>| other.filter(|o| o.1 == kind).map(|o| o.0);
+            Some((kind, [Some(red), Some(same(g)?), Some(same(b)?), same(a)]))
+        })
+    }
+
+    /// Which property lists the corners of a face or the vertices of a strip.
     pub(super) fn corner_list(&self) -> Result<usize, ReadErrorKind> {
         let at = self.properties.iter().position(|p| p.name == "vertex_indices" || p.name == "vertex_index");
         let Some(at) = at else {
-            return Err(self.error("the element face has no property vertex_indices or vertex_index"));
+            let name = &self.name;
+            return Err(
+                self.error(format!("the element {name} has no property vertex_indices or vertex_index"))
+            );
         };
         match self.properties[at].kind {
             Kind::List { item, .. } if item.is_integer() => Ok(at),
-            Kind::List { .. } => Err(self.error("the face property vertex_indices does not hold integers")),
-            Kind::Scalar(_) => Err(self.error("the face property vertex_indices is not a list")),
+            Kind::List { .. } => {
+                Err(self.error(format!("the {} property vertex_indices does not hold integers", self.name)))
+            }
+            Kind::Scalar(_) => {
+                Err(self.error(format!("the {} property vertex_indices is not a list", self.name)))
+            }
         }
     }
 

@@ -1,9 +1,10 @@
 //! PLY, the Polygon File Format: a text header that declares elements and their properties, then the elements in
 //! that order, as text or as binary numbers of either byte order (Greg Turk, "The PLY Polygon File Format", 1994).
 //!
-//! Read are the x, y, z of `vertex` and the `vertex_indices` (or `vertex_index`) of `face`; all other properties and
-//! elements are stepped over. Messages count vertices and faces from 1, indices from 0 as the format does.
-//! Limits: triangle strips are not read.
+//! Read are the x, y, z and the colour of `vertex` (`red`, `green`, `blue` and perhaps `alpha`, also `diffuse_red` and
+//! so on, or `r`, `g`, `b`), and the `vertex_indices` (or `vertex_index`) of `face` and of `tristrips`, the triangle
+//! strips of Stanford's own models, where −1 begins a new strip. All other properties and elements are stepped over.
+//! Messages count vertices and faces from 1, indices from 0 as the format does.
 
 mod ascii;
 mod binary;
@@ -20,12 +21,12 @@ use header::{Element, Encoding, Header};
 pub(crate) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, ReadErrorKind> {
     let header = Header::parse(bytes)?;
     check(&header)?;
-    let Body { coordinates, faces } = match header.encoding {
+    let Body { coordinates, colors, faces } = match header.encoding {
         Encoding::Ascii => ascii::read(bytes, &header, warnings)?,
         Encoding::LittleEndian => binary::read::<false>(bytes, &header, warnings)?,
         Encoding::BigEndian => binary::read::<true>(bytes, &header, warnings)?,
     };
-    faces.into_mesh(coordinates, warnings)
+    faces.into_mesh(coordinates, colors, warnings)
 }
 
 /// Refuses the beginning of a PLY file whose header declares more than `limit` bytes. A beginning that holds no whole
@@ -51,10 +52,7 @@ pub(crate) fn check_declared_size(start: &[u8], limit: u64) -> Result<(), ReadEr
 fn check(header: &Header) -> Result<(), ReadErrorKind> {
     let count = |name: &str| header.element(name).map_or(0, |e| e.count);
     check_vertex_count(count("vertex"))?;
-    if count("face") == 0 && count("tristrips") > 0 {
-        return Err(ReadErrorKind::NotReadYet("a PLY file of triangle strips"));
-    }
-    if count("vertex") == 0 || count("face") == 0 {
+    if count("vertex") == 0 || (count("face") == 0 && count("tristrips") == 0) {
         return Err(ReadErrorKind::NoFaces);
     }
     Ok(())
@@ -63,6 +61,7 @@ fn check(header: &Header) -> Result<(), ReadErrorKind> {
 /// What a body holds for us.
 struct Body {
     coordinates: Coordinates,
+    colors: Vec<[u8; 4]>,
     faces: Faces,
 }
 

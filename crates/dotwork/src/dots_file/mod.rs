@@ -9,6 +9,7 @@
 //! | `surfaces` | TOML: per object `origin`, `closed`, `area` |
 //! | `K/positions`, `K/normals` | of object `K` (from 0): three `f32` each |
 //! | `K/triangles`, `K/corner_normals` | three `u32` each; the latter only where normals are split |
+//! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
 //!
 //! Places of stipples are not stored: they follow from the bake and the surface. What is read is checked before it is
@@ -30,7 +31,9 @@ use toml::{Table, Value};
 use crate::files::FileError;
 use crate::scene::{Object, Scene};
 
-pub use settings::settings_text;
+pub use settings::{Described, settings_text};
+
+pub(crate) use settings::read as read_settings;
 
 /// Coordinates beyond this are refused, as in meshes: their squares must stay inside `f32`.
 const MAX_COORDINATE: f32 = 1e15;
@@ -78,6 +81,10 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
         if mesh.corner_normals != mesh.triangles {
             file.section_u32(&section("corner_normals"), mesh.corner_normals.as_flattened());
         }
+        if !mesh.colors.is_empty() {
+            let colors: Vec<u32> = mesh.colors.iter().map(|&c| u32::from_le_bytes(c)).collect();
+            file.section_u32(&section("colors"), &colors);
+        }
         file.section_f32(&section("radius"), &bake.radius);
         file.section_u64(&section("id"), &bake.id);
         file.section_u32(&section("element"), &bake.element);
@@ -95,7 +102,7 @@ fn flat(vectors: &[Vec3]) -> Vec<f32> {
 
 /// The scene of an opened file.
 pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
-    let (mut scene, described) = settings::read(&file.text("settings")?).map_err(|e| file.invalid(e))?;
+    let (mut scene, described, _) = settings::read(&file.text("settings")?).map_err(|e| file.invalid(e))?;
     let surfaces: Table =
         file.text("surfaces")?.parse().map_err(|_| file.invalid("section 'surfaces' is not TOML"))?;
     let surfaces = surfaces.get("object").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
@@ -109,6 +116,7 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
         scene.objects.push(Object {
             name: object.name,
             source: object.source,
+            world: object.world,
             mesh,
             style: object.style,
             stock,
@@ -144,6 +152,13 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
         }
         _ => triangles.clone(),
     };
+    let colors: Vec<[u8; 4]> = match section("colors") {
+        name if file.has(&name) => file.u32s(&name)?.into_iter().map(u32::to_le_bytes).collect(),
+        _ => Vec::new(),
+    };
+    if !(colors.is_empty() || colors.len() == positions.len()) {
+        return Err(broken("vertices and colours differ in number"));
+    }
     let within =
         |indices: &[[u32; 3]], n: usize| indices.as_flattened().par_iter().all(|&i| (i as usize) < n);
     let small = |v: &Vec3, max: f32| v.abs().max_element() <= max && v.is_finite();
@@ -159,7 +174,7 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
     if !within(&triangles, positions.len()) || !within(&corner_normals, normals.len()) {
         return Err(broken("a triangle refers to a vertex or normal that is not there"));
     }
-    let mesh = Mesh { positions, triangles, normals, corner_normals, origin, closed };
+    let mesh = Mesh { positions, triangles, normals, corner_normals, origin, closed, colors };
     let radius = mesh.bounding_sphere().1;
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(broken("its surface has no size"));

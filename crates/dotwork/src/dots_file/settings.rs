@@ -1,16 +1,29 @@
 //! The settings of a scene as TOML: what a `.dots` file and a PNG carry about how they were made.
 
 use dotwork_drawing::{Camera, Light, LightFrame, Page, UpAxis};
-use dotwork_ink::{PARAMS, Style};
+use dotwork_ink::{MAX_STIPPLES, PARAMS, Style};
+use dotwork_volume::{Space, Unit};
 use toml::{Table, Value};
 
-use crate::scene::{Scene, Source, ZOOM};
+use crate::scene::{Scene, Source, World, ZOOM};
 
-/// An object as its settings describe it.
-pub(super) struct Described {
+/// Units by their names in files.
+const UNITS: [(Unit, &str); 4] =
+    [(Unit::Metre, "m"), (Unit::Millimetre, "mm"), (Unit::Micrometre, "um"), (Unit::Nanometre, "nm")];
+
+/// An object as the settings of a picture describe it.
+#[derive(Clone, Debug)]
+pub struct Described {
+    /// Its name.
     pub name: String,
+    /// Where it came from.
     pub source: Option<Source>,
+    /// What is known about the space in which it lies.
+    pub world: World,
+    /// How it is drawn.
     pub style: Style,
+    /// How many stipples it has; 0 if the settings do not say.
+    pub stipples: usize,
 }
 
 /// The settings of a scene's baked objects, of its camera, light and page, and the version of dotwork, as TOML.
@@ -30,7 +43,21 @@ pub fn settings_text(scene: &Scene) -> String {
             if let Some(checksum) = source.checksum {
                 table.insert("checksum".into(), Value::String(format!("{checksum:016x}")));
             }
+            if let Some(raw) = &source.raw {
+                table.insert("raw".into(), Value::String(raw.clone()));
+            }
+            if let Some(iso) = source.iso {
+                table.insert("iso".into(), Value::Float(iso));
+            }
         }
+        if object.world.space == Space::Patient {
+            table.insert("space".into(), Value::String("patient".into()));
+        }
+        if let Some((_, name)) = UNITS.iter().find(|(unit, _)| *unit == object.world.unit) {
+            table.insert("unit".into(), Value::String((*name).into()));
+        }
+        let stipples = object.stock.as_ref().map_or(0, |s| s.len());
+        table.insert("stipples".into(), Value::Integer(stipples as i64));
         table.insert("style".into(), Value::Table(style));
         objects.push(Value::Table(table));
     }
@@ -64,12 +91,18 @@ pub fn settings_text(scene: &Scene) -> String {
     all.insert("camera".into(), Value::Table(camera));
     all.insert("light".into(), Value::Table(light));
     all.insert("page".into(), Value::Table(page));
+    if let Some(bar) = &scene.scale_bar {
+        all.insert("scale_bar".into(), Value::String(bar.to_string()));
+    }
+    if !scene.pens.is_empty() {
+        all.insert("pens_mm".into(), Value::Array(scene.pens.iter().map(|&p| number(p)).collect()));
+    }
     all.insert("object".into(), Value::Array(objects));
     all.to_string()
 }
 
-/// The scene without its surfaces, and its objects as described.
-pub(super) fn read(text: &str) -> Result<(Scene, Vec<Described>), String> {
+/// The scene without its surfaces, its objects as described, and the version of dotwork that wrote this.
+pub(crate) fn read(text: &str) -> Result<(Scene, Vec<Described>, String), String> {
     let all: Table = text.parse().map_err(|_| "section 'settings' is not TOML")?;
     let all = Settings { table: &all, of: "settings" };
     let camera = all.table("camera")?;
@@ -99,10 +132,20 @@ pub(super) fn read(text: &str) -> Result<(Scene, Vec<Described>), String> {
         .checked()?,
         stipples: all.text("stipples")?.parse()?,
         seed: all.integer("seed")?,
+        scale_bar: all.optional("scale_bar")?.map(str::parse).transpose()?,
+        pens: match all.table.get("pens_mm") {
+            None => Vec::new(),
+            Some(pens) => {
+                let pens = pens.as_array().ok_or("settings: pens_mm is not a list")?;
+                let pen = |p: &Value| p.as_float().map(|p| p as f32).filter(|p| *p > 0.0 && p.is_finite());
+                pens.iter().map(pen).collect::<Option<_>>().ok_or("settings: a pen has no width above 0")?
+            }
+        },
         objects: Vec::new(),
     };
     let objects = all.get("object")?.as_array().ok_or("settings: object is not a list")?;
-    Ok((scene, objects.iter().map(|o| described(o, &all)).collect::<Result<_, _>>()?))
+    let objects = objects.iter().map(|o| described(o, &all)).collect::<Result<_, _>>()?;
+    Ok((scene, objects, all.text("dotwork")?.to_string()))
 }
 
 fn described(object: &Value, all: &Settings) -> Result<Described, String> {
@@ -115,10 +158,26 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
             Some(parse.ok_or("object: checksum is not a hexadecimal number")?)
         }
     };
-    let source = match object.table.get("source") {
+    let iso = match object.table.get("iso") {
         None => None,
-        Some(v) => Some(Source { file: v.as_str().ok_or("object: source is not a text")?.into(), checksum }),
+        Some(v) => Some(v.as_float().ok_or("object: iso is not a number")?),
     };
+    let raw = object.optional("raw")?.map(String::from);
+    let source = object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, iso });
+    let space = match object.optional("space")? {
+        Some("patient") => Space::Patient,
+        _ => Space::Unknown,
+    };
+    let unit = object.optional("unit")?;
+    let unit = UNITS.iter().find(|(_, name)| Some(*name) == unit).map_or(Unit::Unknown, |(unit, _)| *unit);
+    let world = World { space, unit };
+    let stipples = match object.table.get("stipples") {
+        None => 0,
+        Some(_) => object.integer("stipples")? as usize,
+    };
+    if stipples > MAX_STIPPLES {
+        return Err(format!("object: {stipples} is no possible number of stipples"));
+    }
     let mut style = Style::default();
     for (key, value) in object.table("style")?.table {
         let set =
@@ -127,7 +186,7 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
             format!("written by dotwork {}: style: {e}", all.text("dotwork").unwrap_or("of unknown version"))
         })?;
     }
-    Ok(Described { name: object.text("name")?.into(), source, style })
+    Ok(Described { name: object.text("name")?.into(), source, world, style, stipples })
 }
 
 /// A float that reads back as the same `f32`, short where it can be.
@@ -154,6 +213,12 @@ impl<'a> Settings<'a> {
 
     fn text(&self, key: &str) -> Result<&'a str, String> {
         self.get(key)?.as_str().ok_or_else(|| format!("{}: {key} is not a text", self.of))
+    }
+
+    /// A text that may be missing.
+    fn optional(&self, key: &str) -> Result<Option<&'a str>, String> {
+        let text = |v: &'a Value| v.as_str().ok_or_else(|| format!("{}: {key} is not a text", self.of));
+        self.table.get(key).map(text).transpose()
     }
 
     fn number(&self, key: &str, min: f32, max: f32) -> Result<f32, String> {

@@ -2,21 +2,28 @@
 
 use std::path::Path;
 
-use dotwork_drawing::Warnings;
+use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::Style;
 use dotwork_io::dots::{self, Reader};
+use dotwork_io::volume::{RawLayout, VolumeOptions, read_volume, volume_format_of};
 use dotwork_mesh::{RawMesh, shapes};
+use dotwork_volume::{IsoOptions, Space, Volume};
 
 use super::FileError;
+use super::plate::Plate;
 use crate::dots_file::read_scene;
-use crate::scene::{Object, Scene, Source};
+use crate::scene::{Object, Scene, Source, World};
 
 /// What an input holds.
 pub enum Loaded {
     /// A mesh, not yet put in order.
     Mesh(MeshFile),
+    /// A volume.
+    Volume(Box<VolumeInput>),
     /// The complete scene of a `.dots` file, baked.
     Scene(Box<Scene>),
+    /// A picture that dotwork drew, with the settings that it carries.
+    Plate(Box<Plate>),
 }
 
 /// A mesh as its file gives it.
@@ -25,8 +32,14 @@ pub struct MeshFile {
     pub name: String,
     /// The input as it was named, for messages.
     pub input: String,
+    /// The format in words.
+    pub format: String,
     /// Where it came from.
     pub source: Source,
+    /// What is known about the space in which it lies.
+    pub world: World,
+    /// The axis that points up by the habits of the format.
+    pub up: UpAxis,
     /// The mesh.
     pub raw: RawMesh,
 }
@@ -37,29 +50,102 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Mesh`].
     pub fn into_object(self, style: Style, warnings: &mut Warnings) -> Result<Object, FileError> {
-        let MeshFile { name, input, source, raw } = self;
+        let MeshFile { name, input, source, world, raw, .. } = self;
         let mut object =
             Object::new(name, raw, style, warnings).map_err(|source| FileError::Mesh { input, source })?;
         object.source = Some(source);
+        object.world = world;
         Ok(object)
+    }
+
+    /// Turns the camera of a new scene as this input asks: up, and for a patient the anterior view.
+    pub fn turn_camera(&self, scene: &mut Scene) {
+        scene.camera.up = self.up;
+        if self.world.space == Space::Patient {
+            (scene.camera.azimuth, scene.camera.elevation) = (0.0, 0.0);
+        }
     }
 }
 
-/// Reads a mesh file (PLY or OBJ, gzipped or not), a `.dots` file or a built-in demo, `demo:NAME`.
+/// A volume as its file gives it.
+pub struct VolumeInput {
+    /// Name for the object: the file's stem.
+    pub name: String,
+    /// The input as it was named, for messages.
+    pub input: String,
+    /// The format in words.
+    pub format: String,
+    /// What else the file says, in its order.
+    pub facts: Vec<(String, String)>,
+    /// Where it came from.
+    pub source: Source,
+    /// The volume.
+    pub volume: Volume,
+}
+
+impl VolumeInput {
+    /// The surface where the volume has the value `iso`.
+    ///
+    /// # Errors
+    /// [`FileError::Volume`]: no value of the volume lies on either side of `iso`, or it is a single slice.
+    pub fn surface(self, iso: f64, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
+        let VolumeInput { name, input, format, source, volume, .. } = self;
+        let affine = volume.affine();
+        let world = World { space: affine.space, unit: affine.unit };
+        let raw = volume
+            .isosurface(iso, &IsoOptions { cap: true }, warnings)
+            .map_err(|e| FileError::Volume { input: input.clone(), reason: e.to_string() })?;
+        let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
+        Ok(MeshFile { name, input, format, source: Source { iso: Some(iso), ..source }, world, up, raw })
+    }
+
+    /// The refusal to draw a volume without being told where its surface is.
+    fn needs_iso(&self) -> FileError {
+        let reason = match self.volume.value_range() {
+            Some((min, max)) => format!(
+                "is a volume with values from {min} to {max}: say with --iso V at which value its surface is \
+                 (dotwork info shows the histogram)"
+            ),
+            None => "is a volume without a finite value".into(),
+        };
+        FileError::Volume { input: self.input.clone(), reason }
+    }
+}
+
+/// What the caller knows about inputs that their files do not say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The layout of a volume without a header.
+    pub raw: Option<RawLayout>,
+}
+
+/// Reads an input: a mesh file, a volume (a folder of TIFF pages too), a `.dots` file, a picture that dotwork drew, or a
+/// built-in demo, `demo:NAME`.
 ///
 /// What a file is is decided by its content. What was dropped on the way is said in `warnings`.
 ///
 /// # Errors
 /// See [`FileError`].
 pub fn load(input: impl AsRef<Path>, warnings: &mut Warnings) -> Result<Loaded, FileError> {
+    load_with(input, &LoadOptions::default(), warnings)
+}
+
+/// As [`load`], with what the caller knows about the input.
+///
+/// # Errors
+/// See [`FileError`].
+pub fn load_with(
+    input: impl AsRef<Path>,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Result<Loaded, FileError> {
     let path = input.as_ref();
     let input = path.to_string_lossy().into_owned();
     if let Some(name) = input.strip_prefix("demo:") {
-        let Some(raw) = shapes::demo(name) else {
-            return Err(FileError::UnknownDemo { name: name.into() });
-        };
-        let source = Source { file: input.clone(), checksum: None };
-        return Ok(Loaded::Mesh(MeshFile { name: name.into(), input, source, raw }));
+        return demo(name, &input).map(Loaded::Mesh);
+    }
+    if options.raw.is_some() || path.is_dir() {
+        return volume(path, options, warnings);
     }
     let bytes = dotwork_io::read_file(path)?;
     // A file of that name that is none is told so, rather than that it is no mesh.
@@ -67,14 +153,59 @@ pub fn load(input: impl AsRef<Path>, warnings: &mut Warnings) -> Result<Loaded, 
         let scene = read_scene(&Reader::from_bytes(path, bytes)?)?;
         return Ok(Loaded::Scene(Box::new(scene)));
     }
+    if let Some(plate) = Plate::of_bytes(path, &bytes)? {
+        return Ok(Loaded::Plate(Box::new(plate)));
+    }
+    if volume_format_of(path, &bytes).is_some() {
+        drop(bytes);
+        return volume(path, options, warnings);
+    }
+    let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
     let raw = dotwork_io::read_mesh_bytes(path, &bytes, warnings)?;
-    let file = path.file_name().map_or_else(|| input.clone(), |f| f.to_string_lossy().into_owned());
-    let source = Source { file, checksum: Some(dotwork_io::checksum(&bytes)) };
-    Ok(Loaded::Mesh(MeshFile { name: object_name(path), input, source, raw }))
+    let up = if format.starts_with("STL") { UpAxis::Z } else { UpAxis::Y };
+    let checksum = Some(dotwork_io::checksum(&bytes));
+    let source = Source { file: input.clone(), checksum, ..Source::default() };
+    let (name, world) = (object_name(path), World::default());
+    Ok(Loaded::Mesh(MeshFile { name, input, format, source, world, up, raw }))
 }
 
-/// Reads an input as a scene: a mesh file or a demo as one object in `style`, everything else at its default; a `.dots`
-/// file with the styles and settings that it holds.
+fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
+    let Some(raw) = shapes::demo(name) else {
+        return Err(FileError::UnknownDemo { name: name.into() });
+    };
+    Ok(MeshFile {
+        name: name.into(),
+        input: input.into(),
+        format: "built-in shape".into(),
+        source: Source { file: input.into(), ..Source::default() },
+        world: World::default(),
+        up: UpAxis::Y,
+        raw,
+    })
+}
+
+fn volume(path: &Path, options: &LoadOptions, warnings: &mut Warnings) -> Result<Loaded, FileError> {
+    let file = read_volume(path, &VolumeOptions { raw: options.raw.clone() }, warnings)?;
+    let input = path.to_string_lossy().into_owned();
+    let source = Source {
+        file: input.clone(),
+        checksum: Some(file.checksum),
+        raw: options.raw.as_ref().map(ToString::to_string),
+        iso: None,
+    };
+    Ok(Loaded::Volume(Box::new(VolumeInput {
+        name: object_name(path),
+        input,
+        format: file.format,
+        facts: file.facts,
+        source,
+        volume: file.volume,
+    })))
+}
+
+/// Reads an input as a scene: a mesh or a demo as one object in `style`, everything else at its default; a `.dots` file
+/// or a plate with the styles and settings that it holds. For a volume, [`load`] it and take a
+/// [`surface`](VolumeInput::surface).
 ///
 /// ```
 /// use dotwork::{Style, Warnings, open};
@@ -90,7 +221,34 @@ pub fn load(input: impl AsRef<Path>, warnings: &mut Warnings) -> Result<Loaded, 
 pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> Result<Scene, FileError> {
     match load(input, warnings)? {
         Loaded::Scene(scene) => Ok(*scene),
-        Loaded::Mesh(mesh) => Ok(Scene::of(mesh.into_object(style.clone(), warnings)?)),
+        Loaded::Plate(plate) => plate.scene(warnings),
+        loaded => {
+            let mesh = loaded.into_mesh(None, warnings)?;
+            let mut scene = Scene::default();
+            mesh.turn_camera(&mut scene);
+            scene.add(mesh.into_object(style.clone(), warnings)?);
+            Ok(scene)
+        }
+    }
+}
+
+impl Loaded {
+    /// The mesh, or the surface of the volume.
+    ///
+    /// # Errors
+    /// A volume without a value for its surface, or one that it does not have; a whole scene.
+    pub fn into_mesh(self, iso: Option<f64>, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
+        match self {
+            Loaded::Mesh(mesh) => Ok(mesh),
+            Loaded::Volume(volume) => match iso {
+                Some(iso) => volume.surface(iso, warnings),
+                None => Err(volume.needs_iso()),
+            },
+            Loaded::Scene(_) | Loaded::Plate(_) => Err(FileError::Volume {
+                input: String::new(),
+                reason: "is a whole scene, not a surface".into(),
+            }),
+        }
     }
 }
 

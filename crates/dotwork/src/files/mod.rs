@@ -2,6 +2,7 @@
 
 mod input;
 mod output;
+mod plate;
 
 use std::path::PathBuf;
 
@@ -11,8 +12,9 @@ use dotwork_io::dots::DotsError;
 use dotwork_mesh::MeshError;
 use dotwork_mesh::shapes::DEMOS;
 
-pub use input::{Loaded, MeshFile, load, open};
-pub use output::{Format, encode_drawing, write_drawing};
+pub use input::{LoadOptions, Loaded, MeshFile, VolumeInput, load, load_with, open};
+pub use output::{Format, encode_drawing, prepare, write_drawing};
+pub use plate::Plate;
 
 /// Why a file was not read or written. Displays as one line, `FILE: place: reason`.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +30,22 @@ pub enum FileError {
         input: String,
         /// What is wrong with the mesh.
         source: MeshError,
+    },
+    /// A volume was read and cannot be drawn.
+    #[error("{}: {reason}", one_line(input))]
+    Volume {
+        /// The file.
+        input: String,
+        /// Why.
+        reason: String,
+    },
+    /// A picture cannot be drawn again.
+    #[error("{}: {reason}", one_line(&path.to_string_lossy()))]
+    Plate {
+        /// The picture.
+        path: PathBuf,
+        /// Why.
+        reason: String,
     },
     /// A `.dots` file cannot be read.
     #[error(transparent)]

@@ -3,8 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use dotwork_drawing::Drawing;
-use dotwork_export::{CsvWriter, Pixels, RasterView, pixels_per_metre, write_atomic, write_json, write_png};
+use dotwork_drawing::{Drawing, Warnings};
+use dotwork_export::plot::{Travel, order_for_plotter, plotter_layers};
+use dotwork_export::{
+    CsvWriter, PdfOptions, Pixels, RasterView, SETTINGS_KEYWORD, SvgOptions, assign_pens, bilevel,
+    pixels_per_metre, write_atomic, write_json, write_pdf, write_png, write_png_bilevel, write_svg,
+    write_tiff, write_tiff_bilevel,
+};
 use dotwork_ink::Stock;
 use dotwork_render::{Raster, Rasterizer};
 
@@ -12,11 +17,26 @@ use super::FileError;
 use crate::dots_file::settings_text;
 use crate::scene::Scene;
 
-/// A format that a drawing is written in.
+/// What wrote a file.
+const SOFTWARE: &str = concat!("dotwork ", env!("CARGO_PKG_VERSION"));
+
+/// A format that a drawing is written in. All but the tables carry the scene's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Pixels, with their physical resolution and the scene's settings.
+    /// Pixels, with their physical resolution.
     Png,
+    /// Pixels of one bit.
+    PngBilevel,
+    /// Vectors in millimetres.
+    Svg,
+    /// Vectors for a pen plotter: one layer a pen, marks in the order of the shortest way.
+    SvgPlot,
+    /// Vectors on a page in millimetres.
+    Pdf,
+    /// Pixels, with their physical resolution.
+    Tiff,
+    /// Pixels of one bit, as a fax has them.
+    TiffBilevel,
     /// The drawing table, one row a dot.
     Csv,
     /// The drawing table with places and normals.
@@ -27,12 +47,15 @@ pub enum Format {
 
 impl Format {
     /// The names of all formats by extension, as a list for messages.
-    pub const NAMES: &str = "png, csv, json";
+    pub const NAMES: &str = "png, svg, pdf, tif, csv, json";
 
     /// The format that a file has by its extension.
     pub fn of(path: &Path) -> Option<Format> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "png" => Some(Format::Png),
+            "svg" => Some(Format::Svg),
+            "pdf" => Some(Format::Pdf),
+            "tif" | "tiff" => Some(Format::Tiff),
             "csv" => Some(Format::Csv),
             "json" => Some(Format::Json),
             _ => None,
@@ -40,7 +63,33 @@ impl Format {
     }
 }
 
-/// Writes `drawing`, which was drawn from `scene`, to a file: all of it or nothing.
+/// What a format makes of a drawing before it is written: dots get the scene's pens, and a plotter's marks their order,
+/// with the way that the pen goes.
+pub fn prepare(
+    drawing: Drawing,
+    format: Format,
+    scene: &Scene,
+    warnings: &mut Warnings,
+) -> (Drawing, Option<Travel>) {
+    let mut drawing = drawing;
+    // Pens that cannot be used are refused where they are set; here they would draw nothing.
+    if !scene.pens.is_empty()
+        && let Ok((with_pens, said)) = assign_pens(&drawing, &scene.pens)
+    {
+        drawing = with_pens;
+        warnings.append(said);
+    }
+    if format != Format::SvgPlot {
+        return (drawing, None);
+    }
+    let (mut drawing, said) = plotter_layers(&drawing);
+    warnings.append(said);
+    let travel = order_for_plotter(&mut drawing);
+    (drawing, Some(travel))
+}
+
+/// Writes `drawing`, which was drawn from `scene`, to a file: all of it or nothing. What a format cannot show is said in
+/// `warnings`.
 ///
 /// # Errors
 /// [`FileError::Write`]: what the system refuses.
@@ -49,49 +98,60 @@ pub fn write_drawing(
     format: Format,
     drawing: &Drawing,
     scene: &Scene,
+    warnings: &mut Warnings,
 ) -> Result<(), FileError> {
-    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, drawing, scene))?)
+    let (drawing, _) = prepare(drawing.clone(), format, scene, warnings);
+    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, &drawing, scene))?)
 }
 
-/// Writes `drawing`, which was drawn from `scene`, as the bytes of a file.
+/// Writes a drawing that was [prepared](prepare) as the bytes of a file.
 ///
 /// # Errors
 /// What the writer refuses.
 pub fn encode_drawing(w: impl Write, format: Format, drawing: &Drawing, scene: &Scene) -> io::Result<()> {
+    let title: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+    let (title, settings) = (title.join(", "), settings_text(scene));
+    let (title, metadata) = (Some(title.as_str()), Some(settings.as_str()));
+    let ppm = pixels_per_metre(drawing.page.dpi);
+    let text = [("Software", SOFTWARE), (SETTINGS_KEYWORD, settings.as_str())];
     match format {
-        Format::Png => png(w, drawing, scene),
+        Format::Png => with_pixels(drawing, |view| write_png(w, view, ppm, &text)),
+        Format::Tiff => with_pixels(drawing, |view| write_tiff(w, view, drawing.page.dpi, metadata)),
+        // Pictures that a plate of one bit cannot show were said when the drawing was prepared.
+        Format::PngBilevel => write_png_bilevel(w, &bilevel(drawing, &mut Warnings::new()), ppm, &text),
+        Format::TiffBilevel => {
+            write_tiff_bilevel(w, &bilevel(drawing, &mut Warnings::new()), drawing.page.dpi, metadata)
+        }
+        Format::Svg => write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::default() }),
+        Format::SvgPlot => {
+            write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::for_plotter() })
+        }
+        Format::Pdf => write_pdf(w, drawing, &PdfOptions { metadata, title }),
         Format::Csv => CsvWriter::new(w, false)?.frame(0, drawing, None),
         Format::CsvFull => {
-            let places = |layer: usize, stipple: u32| place(scene, layer, stipple);
+            let places = |layer: usize, stipple: u32| place(scene, &drawing.layers[layer].object, stipple);
             CsvWriter::new(w, true)?.frame(0, drawing, Some(&places))
         }
         Format::Json => write_json(w, drawing),
     }
 }
 
-fn png(mut w: impl Write, drawing: &Drawing, scene: &Scene) -> io::Result<()> {
+fn with_pixels(drawing: &Drawing, write: impl FnOnce(&RasterView<'_>) -> io::Result<()>) -> io::Result<()> {
     let mut raster = Raster::default();
     Rasterizer::new().draw(drawing, &mut raster);
     let pixels =
         if raster.channels == 1 { Pixels::Grey(&raster.samples) } else { Pixels::Rgb(&raster.samples) };
-    let view = RasterView { width: raster.width, height: raster.height, pixels };
-    let software = concat!("dotwork ", env!("CARGO_PKG_VERSION"));
-    let settings = settings_text(scene);
-    let text = [("Software", software), ("dotwork settings", settings.as_str())];
-    // The encoder loses the kind of an error of its writer; a vector has none.
-    let mut bytes = Vec::new();
-    write_png(&mut bytes, &view, pixels_per_metre(drawing.page.dpi), &text)?;
-    w.write_all(&bytes)
+    write(&RasterView { width: raster.width, height: raster.height, pixels })
 }
 
-/// Position, in the coordinates of the file, and smooth normal of a stipple of the `layer`-th baked object.
-fn place(scene: &Scene, layer: usize, stipple: u32) -> ([f32; 3], [f32; 3]) {
-    let baked = scene.objects.iter().filter_map(|o| Some((o, o.stock.as_deref()?)));
+/// Position, in the coordinates of the file, and smooth normal of a stipple of the object of this name.
+fn place(scene: &Scene, object: &str, stipple: u32) -> ([f32; 3], [f32; 3]) {
+    let baked = scene.objects.iter().find(|o| o.name == object).and_then(|o| Some((o, o.stock.as_deref()?)));
     let at = |(object, stock): (&crate::Object, &Stock)| {
         let i = stipple as usize;
         let (p, n) = (i < stock.len()).then(|| (stock.position.at(i), stock.normal.at(i)))?;
         let origin = object.mesh.origin;
         Some(([0, 1, 2].map(|k| (f64::from(p[k]) + origin[k]) as f32), n.to_array()))
     };
-    baked.clone().nth(layer).and_then(at).unwrap_or(([f32::NAN; 3], [f32::NAN; 3]))
+    baked.and_then(at).unwrap_or(([f32::NAN; 3], [f32::NAN; 3]))
 }

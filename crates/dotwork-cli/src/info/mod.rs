@@ -1,10 +1,13 @@
 //! `dotwork info`: what is in a file.
 
+mod volume;
+
 use std::path::Path;
 
 use dotwork::drawing::LightFrame;
 use dotwork::mesh::MeshStats;
-use dotwork::{Loaded, Object, RawMesh, Scene, Style, Warnings, load};
+use dotwork::volume::Unit;
+use dotwork::{LoadOptions, Loaded, Object, Plate, RawMesh, Scene, Source, Style, Warnings, load_with};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
@@ -14,15 +17,19 @@ use crate::words::{grouped, list, number};
 /// Describes an input.
 pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
     let mut warnings = Warnings::new();
-    let (words, value) = match load(&args.input, &mut warnings)? {
+    let options = LoadOptions { raw: args.raw.clone() };
+    let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
         Loaded::Mesh(file) => {
-            let format = mesh_format(&args.input);
+            let format = file.format.clone();
             let found = InFile::of(&file.raw);
             let object = file.into_object(Style::default(), &mut warnings)?;
-            describe_mesh(&args.input, format, &found, &object, &warnings)
+            describe_mesh(&args.input, format, &found, &object)
         }
+        Loaded::Volume(input) => volume::describe(&input),
         Loaded::Scene(scene) => describe_dots(&args.input, &scene),
+        Loaded::Plate(plate) => describe_plate(&args.input, &plate),
     };
+    value["warnings"] = warnings.iter().map(|w| json!(w.to_string())).collect();
     if args.json {
         return report::print(&format!("{value:#}\n"));
     }
@@ -44,42 +51,7 @@ impl InFile {
     }
 }
 
-/// The format in words. Reading succeeded: what is not PLY is OBJ.
-fn mesh_format(input: &Path) -> String {
-    if input.to_string_lossy().starts_with("demo:") {
-        return "built-in shape".into();
-    }
-    let mut head = vec![0; 512];
-    let read = std::fs::File::open(input).and_then(|mut f| std::io::Read::read(&mut f, &mut head));
-    head.truncate(read.unwrap_or(0));
-    if head.starts_with(&[0x1f, 0x8b]) {
-        let inner = input.file_stem().map(Path::new).and_then(dotwork::io::mesh_format_of);
-        return match inner {
-            Some(dotwork::io::MeshFormat::Ply) => "PLY, gzipped".into(),
-            Some(dotwork::io::MeshFormat::Obj) => "OBJ, gzipped".into(),
-            None => "gzipped mesh".into(),
-        };
-    }
-    if !head.starts_with(b"ply") {
-        return "OBJ".into();
-    }
-    let text = String::from_utf8_lossy(&head);
-    let encoding = text
-        .lines()
-        .find_map(|l| l.trim().strip_prefix("format ")?.split_whitespace().next().map(str::to_string));
-    match encoding {
-        Some(encoding) => format!("PLY, {}", encoding.replace('_', " ").replace("ascii", "text")),
-        None => "PLY".into(),
-    }
-}
-
-fn describe_mesh(
-    input: &Path,
-    format: String,
-    found: &InFile,
-    object: &Object,
-    warnings: &Warnings,
-) -> (String, Value) {
+fn describe_mesh(input: &Path, format: String, found: &InFile, object: &Object) -> (String, Value) {
     let checksum = checksum_of(object);
     let mut rows = vec![("format", format.clone())];
     let mut value = json!({ "file": input.display().to_string(), "format": format });
@@ -97,7 +69,6 @@ fn describe_mesh(
     rows.extend(more);
     value["surface"] = surface;
     value["units"] = Value::Null;
-    value["warnings"] = warnings.iter().map(|w| json!(w.to_string())).collect();
     (format!("{}\n{}", input.display(), list(&rows)), value)
 }
 
@@ -120,7 +91,11 @@ fn describe_surface(object: &Object) -> (Vec<(&'static str, String)>, Value) {
     let (min, max) = (place(bounds.min.to_array()), place(bounds.max.to_array()));
     let size = bounds.size().to_array().map(f64::from);
     let triple = |v: [f64; 3]| v.map(number).join(", ");
-    let rows = vec![
+    let units = match object.world.unit {
+        Unit::Unknown => "unknown (the file does not say)".into(),
+        unit => unit.to_string(),
+    };
+    let mut rows = vec![
         (
             "surface",
             format!(
@@ -148,8 +123,11 @@ fn describe_surface(object: &Object) -> (Vec<(&'static str, String)>, Value) {
             "bounding radius",
             format!("{} about {}", number(f64::from(radius)), triple(place(center.to_array()))),
         ),
-        ("units", "unknown (the file does not say)".into()),
+        ("units", units),
     ];
+    if !object.mesh.colors.is_empty() {
+        rows.push(("colours", "one for each vertex".into()));
+    }
     let value = json!({
         "vertices": vertices,
         "triangles": triangles,
@@ -158,6 +136,7 @@ fn describe_surface(object: &Object) -> (Vec<(&'static str, String)>, Value) {
         "boundary_edges": boundary_edges,
         "non_manifold_edges": non_manifold_edges,
         "closed": closed,
+        "colors": !object.mesh.colors.is_empty(),
         "euler_characteristic": euler_characteristic,
         "area": area,
         "volume": volume,
@@ -168,19 +147,14 @@ fn describe_surface(object: &Object) -> (Vec<(&'static str, String)>, Value) {
     (rows, value)
 }
 
-fn describe_dots(input: &Path, scene: &Scene) -> (String, Value) {
+/// The page, camera, light and bake of a scene, as rows.
+fn settings_rows(scene: &Scene) -> Vec<(&'static str, String)> {
     let page = &scene.page;
     let mm = |px: u32| (10.0 * px as f32 * page.mm_per_px()).round() / 10.0;
     let camera = &scene.camera;
     let distance = camera.distance.map_or(String::new(), |d| format!(",{d}"));
     let projection = if camera.ortho { "parallel" } else { "perspective" };
-    let frame = match scene.light.frame {
-        LightFrame::Viewer => "viewer",
-        LightFrame::Object => "object",
-    };
-    let mut words = format!("{}\n", input.display());
-    words += &list(&[
-        ("format", "dots: a baked scene".into()),
+    let mut rows = vec![
         (
             "page",
             format!(
@@ -200,9 +174,102 @@ fn describe_dots(input: &Path, scene: &Scene) -> (String, Value) {
                 camera.azimuth, camera.elevation, camera.zoom, camera.up
             ),
         ),
-        ("light", format!("{},{} from the {frame}", scene.light.azimuth, scene.light.elevation)),
+        (
+            "light",
+            format!("{},{} from the {}", scene.light.azimuth, scene.light.elevation, light_frame(scene)),
+        ),
         ("bake", format!("blue-noise, stipples {}, seed {}", scene.stipples, scene.seed)),
-    ]);
+    ];
+    if let Some(bar) = &scene.scale_bar {
+        rows.push(("scale bar", bar.to_string()));
+    }
+    if !scene.pens.is_empty() {
+        let pens: Vec<String> = scene.pens.iter().map(ToString::to_string).collect();
+        rows.push(("pens", format!("{} mm", pens.join(", "))));
+    }
+    rows
+}
+
+fn light_frame(scene: &Scene) -> &'static str {
+    match scene.light.frame {
+        LightFrame::Viewer => "viewer",
+        LightFrame::Object => "object",
+    }
+}
+
+/// The same as JSON.
+fn settings_json(value: &mut Value, scene: &Scene) {
+    let (page, camera) = (&scene.page, &scene.camera);
+    value["page"] = json!({
+        "width_px": page.width, "height_px": page.height, "dpi": page.dpi, "margin_px": page.margin_px,
+    });
+    value["camera"] = json!({
+        "azimuth": camera.azimuth, "elevation": camera.elevation, "distance": camera.distance,
+        "ortho": camera.ortho, "zoom": camera.zoom, "up": camera.up.to_string(),
+    });
+    value["light"] = json!({
+        "azimuth": scene.light.azimuth, "elevation": scene.light.elevation, "frame": light_frame(scene),
+    });
+    value["bake"] =
+        json!({ "method": "blue-noise", "stipples": scene.stipples.to_string(), "seed": scene.seed });
+    value["scale_bar"] = json!(scene.scale_bar.as_ref().map(ToString::to_string));
+    value["pens_mm"] = json!(scene.pens);
+}
+
+/// Where an object came from, in words.
+fn origin(source: Option<&Source>) -> String {
+    let Some(source) = source else { return "unknown".into() };
+    let mut words = source.file.clone();
+    if let Some(raw) = &source.raw {
+        words += &format!(" as {raw}");
+    }
+    if let Some(iso) = source.iso {
+        words += &format!(" at {iso}");
+    }
+    if let Some(checksum) = source.checksum {
+        words += &format!(" (checksum {checksum:016x})");
+    }
+    words
+}
+
+/// A picture that dotwork drew: what it says about itself.
+fn describe_plate(input: &Path, plate: &Plate) -> (String, Value) {
+    let mut rows = vec![("format", "a plate: a picture that carries its settings".to_string())];
+    rows.push(("drawn by", format!("dotwork {}", plate.version())));
+    rows.extend(settings_rows(plate.settings()));
+    let mut words = format!("{}\n{}", input.display(), list(&rows));
+    let mut objects = Vec::new();
+    for object in plate.objects() {
+        let rows = [
+            ("source", origin(object.source.as_ref())),
+            ("stipples", grouped(object.stipples)),
+            ("style", changes(&object.style)),
+        ];
+        words += &format!("\nobject {}\n{}", object.name, list(&rows));
+        objects.push(json!({
+            "name": object.name,
+            "source": object.source.as_ref().map(|s| s.file.clone()),
+            "checksum": object.source.as_ref().and_then(|s| s.checksum).map(|c| format!("{c:016x}")),
+            "iso": object.source.as_ref().and_then(|s| s.iso),
+            "stipples": object.stipples,
+            "style": style_json(&object.style),
+        }));
+    }
+    let mut value = json!({
+        "file": input.display().to_string(), "format": "plate", "version": plate.version(), "objects": objects,
+    });
+    settings_json(&mut value, plate.settings());
+    (words, value)
+}
+
+fn style_json(style: &Style) -> Value {
+    dotwork::ink::PARAMS.iter().map(|p| (p.name.to_string(), json!(p.get(style)))).collect()
+}
+
+fn describe_dots(input: &Path, scene: &Scene) -> (String, Value) {
+    let mut rows = vec![("format", "dots: a baked scene".to_string())];
+    rows.extend(settings_rows(scene));
+    let mut words = format!("{}\n{}", input.display(), list(&rows));
     let mut objects = Vec::new();
     for object in &scene.objects {
         let radii = object.stock.as_ref().map(|s| &s.baked.radius[..]).unwrap_or_default();
@@ -210,13 +277,8 @@ fn describe_dots(input: &Path, scene: &Scene) -> (String, Value) {
             (radii.first().copied().unwrap_or(0.0), radii.last().copied().unwrap_or(0.0));
         let checksum = checksum_of(object);
         let source = object.source.as_ref().map(|s| s.file.clone());
-        let from = match (&source, &checksum) {
-            (Some(source), Some(checksum)) => format!("{source} (checksum {checksum})"),
-            (Some(source), None) => source.clone(),
-            _ => "unknown".into(),
-        };
         let mut rows = vec![
-            ("source", from),
+            ("source", origin(object.source.as_ref())),
             ("stipples", grouped(radii.len())),
             ("radii", format!("{} down to {}", number(f64::from(largest)), number(f64::from(smallest)))),
             ("style", changes(&object.style)),
@@ -224,30 +286,18 @@ fn describe_dots(input: &Path, scene: &Scene) -> (String, Value) {
         let (more, surface) = describe_surface(object);
         rows.extend(more);
         words += &format!("\nobject {}\n{}", object.name, list(&rows));
-        let style: Value =
-            dotwork::ink::PARAMS.iter().map(|p| (p.name.to_string(), json!(p.get(&object.style)))).collect();
         objects.push(json!({
             "name": object.name,
             "source": source,
             "checksum": checksum,
             "stipples": radii.len(),
             "radius": { "largest": largest, "smallest": smallest },
-            "style": style,
+            "style": style_json(&object.style),
             "surface": surface,
         }));
     }
-    let value = json!({
-        "file": input.display().to_string(),
-        "format": "dots",
-        "page": { "width_px": page.width, "height_px": page.height, "dpi": page.dpi, "margin_px": page.margin_px },
-        "camera": {
-            "azimuth": camera.azimuth, "elevation": camera.elevation, "distance": camera.distance,
-            "ortho": camera.ortho, "zoom": camera.zoom, "up": camera.up.to_string(),
-        },
-        "light": { "azimuth": scene.light.azimuth, "elevation": scene.light.elevation, "frame": frame },
-        "bake": { "method": "blue-noise", "stipples": scene.stipples.to_string(), "seed": scene.seed },
-        "objects": objects,
-    });
+    let mut value = json!({ "file": input.display().to_string(), "format": "dots", "objects": objects });
+    settings_json(&mut value, scene);
     (words, value)
 }
 

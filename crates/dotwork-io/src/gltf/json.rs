@@ -1,0 +1,287 @@
+//! The JSON of a glTF file, as far as geometry needs it. Indices are checked where they are used.
+//!
+//! Texts borrow from the file, so that embedded buffers are not copied. Missing members cost memory though (a node of
+//! two bytes, `{}`, becomes one of a hundred), so the number of nodes is limited; all other lists have members that
+//! must be there, which keeps them within some ten times their text.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+
+use super::container::Parts;
+use crate::error::{ReadErrorKind, one_line};
+
+/// The most nodes that a file may have.
+const MOST_NODES: usize = 1 << 19;
+
+/// The longest report of a JSON error, in characters.
+const LONGEST_REPORT: usize = 160;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Json<'a> {
+    #[serde(borrow)]
+    asset: Asset<'a>,
+    #[serde(borrow, default)]
+    pub(super) extensions_used: Vec<Text<'a>>,
+    #[serde(borrow, default)]
+    pub(super) extensions_required: Vec<Text<'a>>,
+    pub(super) scene: Option<u32>,
+    #[serde(default)]
+    pub(super) scenes: Vec<Scene>,
+    #[serde(default, deserialize_with = "nodes")]
+    pub(super) nodes: Vec<Node>,
+    #[serde(default)]
+    pub(super) meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub(super) skins: Vec<Skin>,
+    #[serde(default)]
+    pub(super) accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub(super) buffer_views: Vec<BufferView>,
+    #[serde(borrow, default)]
+    pub(super) buffers: Vec<Buffer<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset<'a> {
+    #[serde(borrow)]
+    version: Text<'a>,
+    #[serde(borrow)]
+    min_version: Option<Text<'a>>,
+}
+
+impl Asset<'_> {
+    /// Later versions 2.x may be read unless the file says otherwise.
+    fn is_readable(&self) -> bool {
+        self.min_version.as_ref().unwrap_or(&self.version).0.starts_with("2.")
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct Scene {
+    #[serde(default)]
+    pub(super) nodes: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Node {
+    #[serde(default)]
+    pub(super) children: Vec<u32>,
+    pub(super) mesh: Option<u32>,
+    pub(super) skin: Option<u32>,
+    /// Column by column.
+    pub(super) matrix: Option<Box<[f64; 16]>>,
+    pub(super) translation: Option<Box<[f64; 3]>>,
+    /// A quaternion, x y z w.
+    pub(super) rotation: Option<Box<[f64; 4]>>,
+    pub(super) scale: Option<Box<[f64; 3]>>,
+    #[serde(default)]
+    pub(super) weights: Vec<f32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Mesh {
+    pub(super) primitives: Vec<Primitive>,
+    #[serde(default)]
+    pub(super) weights: Vec<f32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: Attributes,
+    pub(super) indices: Option<u32>,
+    /// What the indices make; triangles if not said.
+    pub(super) mode: Option<u32>,
+    #[serde(default)]
+    pub(super) targets: Vec<Target>,
+}
+
+/// The attributes that place and colour vertices.
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq, Hash)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct Attributes {
+    pub(super) position: Option<u32>,
+    #[serde(rename = "COLOR_0")]
+    pub(super) color: Option<u32>,
+    #[serde(rename = "JOINTS_0")]
+    pub(super) joints_0: Option<u32>,
+    #[serde(rename = "WEIGHTS_0")]
+    pub(super) weights_0: Option<u32>,
+    #[serde(rename = "JOINTS_1")]
+    pub(super) joints_1: Option<u32>,
+    #[serde(rename = "WEIGHTS_1")]
+    pub(super) weights_1: Option<u32>,
+}
+
+/// A morph target.
+#[derive(Clone, Copy, Deserialize, PartialEq, Eq, Hash)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct Target {
+    pub(super) position: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub(super) inverse_bind_matrices: Option<u32>,
+    pub(super) joints: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<u32>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+    #[serde(default)]
+    pub(super) normalized: bool,
+    pub(super) count: u64,
+    #[serde(rename = "type")]
+    pub(super) shape: Shape,
+    pub(super) sparse: Option<Box<Sparse>>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Shape {
+    Scalar,
+    Vec2,
+    Vec3,
+    Vec4,
+    Mat2,
+    Mat3,
+    Mat4,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: u64,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub(super) buffer: u32,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer<'a> {
+    #[serde(borrow)]
+    pub(super) uri: Option<Text<'a>>,
+    pub(super) byte_length: u64,
+}
+
+/// A text that borrows from the file where it has no escapes.
+pub(super) struct Text<'a>(pub(super) Cow<'a, str>);
+
+impl<'de: 'a, 'a> Deserialize<'de> for Text<'a> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TextVisitor<'a>(PhantomData<&'a ()>);
+        impl<'de: 'a, 'a> Visitor<'de> for TextVisitor<'a> {
+            type Value = Text<'a>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a text")
+            }
+
+            fn visit_borrowed_str<E: Error>(self, text: &'de str) -> Result<Text<'a>, E> {
+                Ok(Text(Cow::Borrowed(text)))
+            }
+
+            fn visit_str<E: Error>(self, text: &str) -> Result<Text<'a>, E> {
+                Ok(Text(Cow::Owned(text.to_owned())))
+            }
+        }
+        deserializer.deserialize_str(TextVisitor(PhantomData))
+    }
+}
+
+/// A list of nodes, within its limit.
+fn nodes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Node>, D::Error> {
+    struct Nodes;
+    impl<'de> Visitor<'de> for Nodes {
+        type Value = Vec<Node>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a list of nodes")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<Node>, A::Error> {
+            let mut nodes = Vec::new();
+            while let Some(node) = list.next_element()? {
+                if nodes.len() == MOST_NODES {
+                    return Err(A::Error::custom(format!("more than {MOST_NODES} nodes")));
+                }
+                nodes.push(node);
+            }
+            Ok(nodes)
+        }
+    }
+    deserializer.deserialize_seq(Nodes)
+}
+
+/// Parses the JSON of a file.
+pub(super) fn parse<'a>(parts: &Parts<'a>) -> Result<Json<'a>, ReadErrorKind> {
+    let json: Json = serde_json::from_slice(parts.json).map_err(|error| {
+        // The lists of version 1 are objects: it must be told apart before its structure is complained of.
+        if let Ok(Versioned { asset }) = serde_json::from_slice(parts.json)
+            && !asset.is_readable()
+        {
+            return OTHER_VERSION;
+        }
+        let report = error.to_string();
+        // The place stands before the reason in our messages, and quoted content may be long.
+        let reason = report.split(" at line ").next().unwrap_or(&report);
+        let reason: String = one_line(reason).chars().take(LONGEST_REPORT).collect();
+        let reason = format!("JSON: {reason}");
+        match parts.start {
+            None => ReadErrorKind::at_line(error.line() as u64, reason),
+            Some(start) => {
+                let line = error.line().saturating_sub(1);
+                let before: usize =
+                    parts.json.split_inclusive(|&b| b == b'\n').take(line).map(<[u8]>::len).sum();
+                ReadErrorKind::at_byte(start + before + error.column().saturating_sub(1), reason)
+            }
+        }
+    })?;
+    if json.asset.is_readable() { Ok(json) } else { Err(OTHER_VERSION) }
+}
+
+/// The least that every version has.
+#[derive(Deserialize)]
+struct Versioned<'a> {
+    #[serde(borrow)]
+    asset: Asset<'a>,
+}
+
+const OTHER_VERSION: ReadErrorKind = ReadErrorKind::NotReadYet("a glTF file of another version than 2");

@@ -1,0 +1,63 @@
+//! glTF 2.0, text and binary (The Khronos Group, "glTF 2.0 Specification", 2021): the scene as one mesh, at rest.
+//!
+//! Reading has two halves. A [`Document`] is the parsed JSON with its buffers, its accessors and the tree of its nodes;
+//! it knows nothing of time. A [`Pose`] says where every node stands and how far every morph target is applied; the
+//! only one so far is the rest pose, made from what the file's nodes say. [`geometry`] draws a document in a pose.
+//!
+//! Read are nested nodes with matrices or translation, rotation and scale; triangles, strips and fans, indexed or not;
+//! every component type, stride, normalized integers (`KHR_mesh_quantization`) and sparse accessors; buffers in the
+//! file, in the JSON as base64, or beside the file; `COLOR_0`, converted from linear light to sRGB; morph targets with
+//! their default weights; skins, whose joints alone place the vertices. A mirroring transform turns its triangles over.
+//! The default scene is drawn, or all root nodes where there is none.
+//!
+//! Nothing is believed: every index, offset and length is checked in 64 bits before it is used, nodes are walked
+//! without recursion, and what instances and shared accessors may expand to is limited (see [`geometry`]).
+//! Limits: Draco and meshopt compression, and every other required extension that changes geometry, are refused by
+//! name; points and lines are counted and skipped; materials are not read.
+
+mod accessor;
+mod buffers;
+mod container;
+mod extensions;
+mod geometry;
+mod json;
+mod nodes;
+mod skin;
+
+use std::path::Path;
+
+use dotwork_drawing::Warnings;
+use dotwork_mesh::RawMesh;
+
+use crate::error::ReadErrorKind;
+use buffers::Buffers;
+use json::Json;
+use nodes::{Pose, Tree};
+
+/// Reads a glTF file of either form; buffers that are files are looked for in the folder of `name`.
+pub(crate) fn read(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, ReadErrorKind> {
+    let document = Document::parse(name, bytes, warnings)?;
+    let pose = Pose::rest(&document.json, &document.tree);
+    geometry::draw(&document, &pose, warnings)
+}
+
+/// A glTF file, parsed: everything that does not change with time.
+struct Document<'a> {
+    json: Json<'a>,
+    buffers: Buffers<'a>,
+    tree: Tree,
+    /// Bytes of the file.
+    length: usize,
+}
+
+impl<'a> Document<'a> {
+    fn parse(name: &Path, bytes: &'a [u8], warnings: &mut Warnings) -> Result<Self, ReadErrorKind> {
+        let parts = container::split(bytes, warnings)?;
+        let json = json::parse(&parts)?;
+        extensions::check(&json, warnings)?;
+        let tree = Tree::new(&json)?;
+        let folder = name.parent().unwrap_or(Path::new(""));
+        let buffers = Buffers::new(folder, parts.binary, json.buffers.len());
+        Ok(Document { json, buffers, tree, length: bytes.len() })
+    }
+}

@@ -1,0 +1,172 @@
+//! The samples of one data file: where they begin, whether they are all there, what follows them.
+
+use dotwork_drawing::Warnings;
+
+use crate::error::ReadErrorKind;
+use crate::volume::fill::Fill;
+use crate::volume::stream::{Packing, Stream};
+
+/// Where samples begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Skip {
+    /// After so many (unpacked) bytes.
+    Bytes(u64),
+    /// So that the last of them is the last byte of the file.
+    ToLast,
+}
+
+/// What follows the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum After {
+    /// Something the caller reads.
+    Anything,
+    /// Nothing; what is there is said and ignored.
+    Nothing,
+    /// Nothing, or the sizes are wrong.
+    NothingElseWrong,
+}
+
+/// How the samples of one file lie in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    pub(crate) skip: Skip,
+    /// Bytes to take.
+    pub(crate) wanted: u64,
+    /// Bytes that the file should hold: more than `wanted` if only its beginning is taken.
+    pub(crate) declared: u64,
+    pub(crate) after: After,
+    /// The rest of the samples come from other files: take memory as they come.
+    pub(crate) one_of_many: bool,
+}
+
+/// The product of sides.
+///
+/// # Errors
+/// It does not fit 64 bits.
+pub(crate) fn product(sides: impl IntoIterator<Item = u64>) -> Result<u64, ReadErrorKind> {
+    sides
+        .into_iter()
+        .try_fold(1, u64::checked_mul)
+        .ok_or_else(|| ReadErrorKind::TooLarge("declares more samples than can be counted".into()))
+}
+
+/// The product of `sides` and the bytes of a sample.
+///
+/// # Errors
+/// It does not fit 64 bits.
+pub(crate) fn byte_count(sides: &[u64], sample_bytes: usize) -> Result<u64, ReadErrorKind> {
+    product(sides.iter().copied().chain([sample_bytes as u64]))
+}
+
+/// Puts one file's samples into `fill`. `offset` is where `stream` began in its file, for messages.
+///
+/// # Errors
+/// Too few bytes, damaged packing, or bytes after the samples where that is an error.
+pub(crate) fn pour(
+    fill: &mut Fill,
+    mut stream: Stream,
+    offset: usize,
+    part: Part,
+    warnings: &mut Warnings,
+) -> Result<(), ReadErrorKind> {
+    let skip = match part.skip {
+        Skip::Bytes(n) => n,
+        Skip::ToLast => {
+            let there = match stream.plain() {
+                Some(rest) => rest.len() as u64,
+                None => stream.again().skip(u64::MAX)?,
+            };
+            there
+                .checked_sub(part.declared)
+                .ok_or_else(|| short(fill, &stream, offset, there, part.declared))?
+        }
+    };
+    if let Some(most) = stream.most()
+        && skip.checked_add(part.wanted).is_none_or(|end| end > most)
+    {
+        return Err(match stream.plain() {
+            Some(rest) => short(fill, &stream, offset, (rest.len() as u64).saturating_sub(skip), part.wanted),
+            None => ReadErrorKind::TooLarge(format!(
+                "declares {} bytes of samples, more than its {} data can unpack to",
+                part.wanted,
+                stream.packing.name()
+            )),
+        });
+    }
+    if stream.skip(skip)? < skip {
+        return Err(short(fill, &stream, offset, 0, part.wanted));
+    }
+    if !part.one_of_many && stream.most().is_some() {
+        fill.allocate()?;
+    }
+    let wanted = usize::try_from(part.wanted)
+        .map_err(|_| ReadErrorKind::TooLarge(format!("declares {} bytes of samples", part.wanted)))?;
+    let taken = fill.take(&mut stream, wanted)?;
+    if taken < wanted {
+        return Err(short(fill, &stream, offset, taken as u64, part.wanted));
+    }
+    check_end(stream, part, warnings)
+}
+
+fn check_end(mut stream: Stream, part: Part, warnings: &mut Warnings) -> Result<(), ReadErrorKind> {
+    if part.after == After::Anything {
+        return Ok(());
+    }
+    let rest = part.declared - part.wanted;
+    if rest > 0 {
+        // Packed data after what is wanted are not unpacked to be counted.
+        if let Some(there) = stream.plain()
+            && (there.len() as u64) < rest
+        {
+            warnings.say(format!(
+                "the data end early: {} of {} bytes are there; what is taken is complete",
+                part.wanted + there.len() as u64,
+                part.declared
+            ));
+        }
+        return Ok(());
+    }
+    // Reading on also compares the checksum of packed data.
+    let more = match stream.plain() {
+        Some(rest) => rest.len(),
+        None => stream.read(&mut [0])?,
+    };
+    if more == 0 {
+        return Ok(());
+    }
+    if part.after == After::NothingElseWrong && stream.packing != Packing::None {
+        return Err(ReadErrorKind::Refused(format!(
+            "{} data: unpack to more than the {} bytes declared",
+            stream.packing.name(),
+            part.declared
+        )));
+    }
+    warnings.say(match stream.plain() {
+        Some(rest) => after_samples(rest.len()),
+        None => format!("more {} data after the samples ignored", stream.packing.name()),
+    });
+    Ok(())
+}
+
+/// The warning of bytes that nobody asked for.
+pub(crate) fn after_samples(bytes: usize) -> String {
+    format!("{bytes} {} after the samples ignored", if bytes == 1 { "byte" } else { "bytes" })
+}
+
+fn short(fill: &Fill, stream: &Stream, offset: usize, there: u64, wanted: u64) -> ReadErrorKind {
+    let width = fill.sample.bytes() as u64;
+    let reason = format!(
+        "the data end too early: {there} of {wanted} bytes are there ({} of {} {} samples)",
+        there / width,
+        wanted / width,
+        fill.sample.name()
+    );
+    match stream.packing {
+        Packing::None => ReadErrorKind::at_byte(offset.saturating_add(stream_length(stream)), reason),
+        packing => ReadErrorKind::Refused(format!("{} data: {reason}", packing.name())),
+    }
+}
+
+fn stream_length(stream: &Stream) -> usize {
+    stream.plain().map_or(0, <[u8]>::len).saturating_add(stream.given as usize)
+}

@@ -1,0 +1,32 @@
+//! What a person wants to know of a file beyond its voxels.
+
+use crate::error::one_line;
+
+/// Longest text of a fact, characters.
+const LONGEST: usize = 120;
+/// More facts than this are not kept.
+const MOST: usize = 64;
+
+/// A list of named facts in file order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Facts(pub(crate) Vec<(String, String)>);
+
+impl Facts {
+    /// Adds a fact, shortened to one line; one without a text is dropped.
+    pub(crate) fn add(&mut self, name: impl AsRef<str>, text: impl AsRef<str>) {
+        let text = short(text.as_ref());
+        if !text.is_empty() && self.0.len() < MOST {
+            self.0.push((short(name.as_ref()), text));
+        }
+    }
+}
+
+/// One line of text, shortened.
+pub(crate) fn short(text: &str) -> String {
+    let text = text.trim();
+    let mut line = one_line(&text.chars().take(LONGEST).collect::<String>());
+    if text.chars().nth(LONGEST).is_some() {
+        line.push('…');
+    }
+    line
+}

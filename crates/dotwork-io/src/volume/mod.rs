@@ -1,0 +1,240 @@
+//! Volumes from files: NRRD, NIfTI, MetaImage, legacy VTK, TIFF stacks, and raw samples by option.
+//!
+//! [`read_volume`] decides by content what a file is, reads its header, and unpacks the samples straight into the
+//! vector that the [`Volume`] keeps, in the type in which they are stored. Where a file declares an anatomical space,
+//! the affine leads to the patient's (LPS; steps and origins of RAS files are turned); where it does not, the space is
+//! unknown, and nothing is guessed without a warning. Of data with more than three axes the first volume is taken, of
+//! colours the luminance, of vectors the first component, of complex numbers the magnitude: each is said.
+//!
+//! Nothing in a header is believed before it is checked: sizes are multiplied with care and compared with the bytes
+//! that are there (or, for packed data, with what these can unpack to) before memory is taken.
+//!
+//! ```
+//! use dotwork_drawing::Warnings;
+//! use dotwork_io::volume::{VolumeOptions, read_volume_bytes};
+//! use std::path::Path;
+//!
+//! let options = VolumeOptions { raw: Some("2x2x1:u16:be:0.5,0.5,2".parse()?) };
+//! let bytes = [0, 1, 0, 2, 0, 3, 1, 0];
+//! let mut no_other_files = |path: &Path| dotwork_io::read_file(path);
+//! let mut warnings = Warnings::new();
+//! let file =
+//!     read_volume_bytes(Path::new("scan.raw"), &bytes, &options, &mut no_other_files, &mut warnings)?;
+//! assert_eq!(file.volume.dims(), [2, 2, 1]);
+//! assert_eq!(file.volume.affine().spacing(), [0.5, 0.5, 2.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#[cfg(any(feature = "nrrd", feature = "metaimage", feature = "vtk"))]
+mod ascii;
+mod data;
+mod facts;
+mod files;
+mod fill;
+mod format;
+mod grid;
+#[cfg(feature = "metaimage")]
+mod metaimage;
+#[cfg(feature = "nifti")]
+mod nifti;
+#[cfg(feature = "nrrd")]
+mod nrrd;
+mod raw;
+mod reduce;
+#[cfg(feature = "tiff")]
+mod stack;
+mod stream;
+#[cfg(feature = "tiff")]
+mod tiff;
+#[cfg(feature = "vtk")]
+mod vtk;
+
+use std::borrow::Cow;
+use std::io;
+use std::path::Path;
+
+use dotwork_drawing::Warnings;
+use dotwork_volume::{Affine, Samples, Scaling, Volume};
+
+use crate::error::{ReadError, ReadErrorKind};
+use crate::file::read_bytes;
+use crate::gzip;
+use crate::volume::facts::Facts;
+use crate::volume::files::Files;
+
+pub use format::{VolumeFormat, volume_format_of};
+pub use raw::{RawLayout, RawLayoutError};
+
+/// A volume and what its file says beyond it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeFile {
+    /// The samples and where they lie.
+    pub volume: Volume,
+    /// The format in words: "NRRD, gzip, big endian".
+    pub format: String,
+    /// What a person wants to know of the file and [`Volume`] does not hold (content, space as declared, further
+    /// axes, intent, description, data files, pages, …): names and short texts of one line, in file order.
+    pub facts: Vec<(String, String)>,
+    /// XXH64 (seed 0) over the bytes of all files of the volume in reading order: for one file, [`crate::checksum`].
+    pub checksum: u64,
+}
+
+/// How volumes are read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VolumeOptions {
+    /// The file holds samples without a header, in this layout; its content is not asked what it is.
+    pub raw: Option<RawLayout>,
+}
+
+/// What a reader of one format hands over.
+struct Found {
+    dims: [usize; 3],
+    samples: Samples,
+    scaling: Scaling,
+    affine: Affine,
+    format: String,
+    facts: Facts,
+}
+
+/// Reads a volume: NRRD (attached or detached), NIfTI-1 and -2 (`.nii`, `.nii.gz`, `.hdr` or `.img` of a pair),
+/// MetaImage, legacy VTK structured points, TIFF (a file of pages, or a folder of one-page files in natural order), or
+/// raw samples where `options` say so. Any of them may be gzipped as a whole. What was left out, assumed or converted
+/// is said in `warnings`.
+///
+/// # Errors
+/// [`ReadError`], with file, place and reason; for trouble in a data file that a header names, with both files.
+pub fn read_volume(
+    path: &Path,
+    options: &VolumeOptions,
+    warnings: &mut Warnings,
+) -> Result<VolumeFile, ReadError> {
+    let in_path = |kind| ReadError { path: path.to_path_buf(), kind };
+    if path.is_dir() {
+        return read_folder(path, warnings).map_err(in_path);
+    }
+    let bytes = read_bytes(path).map_err(in_path)?;
+    read_volume_bytes(path, &bytes, options, &mut read_regular_file, warnings)
+}
+
+/// Reads a volume from the bytes of a file. `name` appears in messages, decides where the content does not, and is
+/// where data files are looked for; `sibling` gives their bytes.
+///
+/// # Errors
+/// As [`read_volume`].
+pub fn read_volume_bytes<'a>(
+    name: &'a Path,
+    bytes: &[u8],
+    options: &VolumeOptions,
+    sibling: &'a mut (dyn FnMut(&Path) -> Result<Vec<u8>, ReadError> + 'a),
+    warnings: &mut Warnings,
+) -> Result<VolumeFile, ReadError> {
+    let mut files = Files::new(name, sibling);
+    read(&mut files, bytes, options, warnings)
+        .and_then(|found| finish(found, files.checksum()))
+        .map_err(|kind| ReadError { path: name.to_path_buf(), kind })
+}
+
+/// What a header names must be a regular file: a pipe or device would block or never end.
+fn read_regular_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let found = match std::fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => {
+            Err(ReadErrorKind::Io(io::Error::other("is no regular file")))
+        }
+        _ => read_bytes(path),
+    };
+    found.map_err(|kind| ReadError { path: path.to_path_buf(), kind })
+}
+
+fn finish(found: Found, checksum: u64) -> Result<VolumeFile, ReadErrorKind> {
+    let Found { dims, samples, scaling, affine, format, facts } = found;
+    let volume =
+        Volume::new(dims, samples, scaling, affine).map_err(|e| ReadErrorKind::Refused(e.to_string()))?;
+    Ok(VolumeFile { volume, format, facts: facts.0, checksum })
+}
+
+fn read(
+    files: &mut Files,
+    bytes: &[u8],
+    options: &VolumeOptions,
+    warnings: &mut Warnings,
+) -> Result<Found, ReadErrorKind> {
+    if bytes.is_empty() {
+        return Err(ReadErrorKind::Empty);
+    }
+    if let Some(layout) = &options.raw {
+        files.count(bytes);
+        return raw::read(bytes, layout, warnings);
+    }
+    let format = volume_format_of(files.name, bytes);
+    // NIfTI is gzipped by custom, and unpacked by its reader straight into the samples.
+    let whole = if gzip::is_gzip(bytes) && !matches!(format, Some(VolumeFormat::Nifti | VolumeFormat::Raw)) {
+        if format.is_none() {
+            return Err(unknown());
+        }
+        Cow::Owned(gzip::unpack(bytes, warnings, |_| Ok(()))?)
+    } else {
+        Cow::Borrowed(bytes)
+    };
+    match format {
+        #[cfg(feature = "nifti")]
+        Some(VolumeFormat::Nifti) => nifti::read(files, bytes, warnings),
+        #[cfg(feature = "nrrd")]
+        Some(VolumeFormat::Nrrd) => {
+            files.count(bytes);
+            nrrd::read(files, &whole, warnings)
+        }
+        #[cfg(feature = "metaimage")]
+        Some(VolumeFormat::MetaImage) => {
+            files.count(bytes);
+            metaimage::read(files, &whole, warnings)
+        }
+        #[cfg(feature = "vtk")]
+        Some(VolumeFormat::Vtk) => {
+            files.count(bytes);
+            vtk::read(&whole, warnings)
+        }
+        #[cfg(feature = "tiff")]
+        Some(VolumeFormat::Tiff) => {
+            files.count(bytes);
+            tiff::read(&whole, warnings)
+        }
+        Some(VolumeFormat::Raw) => Err(ReadErrorKind::Refused(format!(
+            "has no header: say how its {} bytes lie, as in 256x256x128:u16:le",
+            bytes.len()
+        ))),
+        None => Err(unknown()),
+        #[allow(unreachable_patterns, reason = "with all formats nothing is left")]
+        Some(format) => Err(ReadErrorKind::Refused(format!(
+            "is a volume of a kind ({format:?}) that this build of dotwork does not read"
+        ))),
+    }
+}
+
+fn unknown() -> ReadErrorKind {
+    ReadErrorKind::Refused(
+        "is no volume that dotwork reads (NRRD, NIfTI, MetaImage, legacy VTK, TIFF, raw by option)".into(),
+    )
+}
+
+#[cfg(feature = "tiff")]
+fn read_folder(path: &Path, warnings: &mut Warnings) -> Result<VolumeFile, ReadErrorKind> {
+    let mut sibling = read_regular_file;
+    let mut files = Files::new(path, &mut sibling);
+    let found = stack::read(&mut files, warnings)?;
+    finish(found, files.checksum())
+}
+
+#[cfg(not(feature = "tiff"))]
+fn read_folder(_: &Path, _: &mut Warnings) -> Result<VolumeFile, ReadErrorKind> {
+    Err(ReadErrorKind::Refused("is a directory, and this build of dotwork does not read TIFF".into()))
+}
+
+#[cfg(feature = "tiff")]
+fn holds_tiff_files(folder: &Path) -> bool {
+    stack::tiff_files(folder).is_ok_and(|files| !files.is_empty())
+}
+
+#[cfg(not(feature = "tiff"))]
+fn holds_tiff_files(_: &Path) -> bool {
+    false
+}

@@ -1,0 +1,573 @@
+//! glTF and GLB: the scene at rest as one mesh.
+#![cfg(feature = "gltf")]
+
+mod common;
+
+use common::*;
+use dotwork_drawing::Warnings;
+use dotwork_drawing::color::linear_to_srgb;
+use dotwork_io::{mesh_format_name, read_mesh};
+use dotwork_mesh::RawMesh;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Numbers one after the other.
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+
+/// One triangle in a mesh at node 0, nothing else.
+fn triangle() -> (Value, Vec<u8>) {
+    let json = json!({
+        "asset": { "version": "2.0" },
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36 }],
+    });
+    (json, floats(&TRIANGLE))
+}
+
+/// Adds an accessor of its own view for `bytes`; its number.
+fn add(
+    json: &mut Value,
+    buffer: &mut Vec<u8>,
+    bytes: &[u8],
+    component: u32,
+    shape: &str,
+    count: usize,
+) -> usize {
+    let view = json["bufferViews"].as_array().unwrap().len();
+    json["bufferViews"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({ "buffer": 0, "byteOffset": buffer.len(), "byteLength": bytes.len() }));
+    buffer.extend(bytes);
+    buffer.resize(buffer.len().next_multiple_of(4), 0);
+    json["buffers"][0]["byteLength"] = buffer.len().into();
+    let accessors = json["accessors"].as_array_mut().unwrap();
+    accessors.push(json!({ "bufferView": view, "componentType": component, "count": count, "type": shape }));
+    accessors.len() - 1
+}
+
+/// The positions of the triangle, which must be one, in the scene.
+fn placed(json: &Value, buffer: &[u8]) -> RawMesh {
+    let (mesh, warnings) = read_with_warnings("t.glb", &glb(json, buffer));
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(read("t.gltf", &gltf(json, buffer)).unwrap(), mesh, "the text form gives the same");
+    mesh
+}
+
+fn close(found: &[[f32; 3]], expected: &[[f32; 3]]) {
+    assert_eq!(found.len(), expected.len());
+    for (f, e) in found.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((f - e).abs() < 1e-5, "{found:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn the_pyramid_in_both_forms() {
+    let (json, buffer) = gltf_parts();
+    let colors = (0..5).map(|v| [linear_to_srgb((v * 1000) as f32 / 65535.0), 255, 0, 128]).collect();
+    let mut triangles = TRIANGLES.to_vec();
+    triangles.splice(4.., [[3, 2, 0], [0, 2, 1]]);
+    let expected = RawMesh { polygons: 6, triangles, colors, ..pyramid() };
+    let (text, binary) = (gltf(&json, &buffer), glb(&json, &buffer));
+    for (bytes, format) in [(&text, "glTF"), (&binary, "glTF binary (GLB)")] {
+        for name in ["x.glb", "x.gltf", "x", "x.obj"] {
+            assert_eq!(read_with_warnings(name, bytes), (expected.clone(), vec![]), "{format} as {name}");
+            assert_eq!(read(name, &gzip(bytes)).unwrap(), expected);
+        }
+        assert_eq!(mesh_format_name(Path::new("x"), bytes).as_deref(), Some(format));
+    }
+    let spaced = [b"\xef\xbb\xbf\r\n ", &text[..]].concat();
+    assert_eq!(read("x.gltf", &spaced).unwrap(), expected);
+}
+
+#[test]
+fn buffers_beside_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("models")).unwrap();
+    let (mut json, buffer) = triangle();
+    let expected = placed(&json, &buffer);
+    // A longer file than declared is fine.
+    std::fs::write(folder.path().join("a bin.dat"), [&buffer[..], b"more"].concat()).unwrap();
+    std::fs::write(folder.path().join("models/short.bin"), b"short").unwrap();
+    let path = folder.path().join("models/t.gltf");
+    let mut with = |uri: &str| {
+        json["buffers"][0]["uri"] = uri.into();
+        std::fs::write(&path, json.to_string()).unwrap();
+        read_mesh(&path, &mut Warnings::new()).map_err(|e| e.to_string())
+    };
+    assert_eq!(with("../a%20bin.dat"), Ok(expected.clone()));
+    assert_eq!(with("../a bin.dat"), Ok(expected));
+    for (uri, reason) in [
+        ("missing.bin", "'missing.bin': no such file"),
+        ("short.bin", "'short.bin': 36 bytes declared, but the file has 5"),
+        ("..", "'..': is not a regular file"),
+        (
+            "https://x.org/a.bin",
+            "'https://x.org/a.bin' is not relative to the file; other places are not read",
+        ),
+        ("file:///etc/passwd", "'file:///etc/passwd' is not relative to the file; other places are not read"),
+        ("/etc/passwd", "'/etc/passwd' is an absolute path; only files relative to this one are read"),
+        ("%2fetc/passwd", "'%2fetc/passwd' is an absolute path; only files relative to this one are read"),
+        ("a%2", "'a%2' has a broken percent escape"),
+        ("data:;base64,AAA", "declares 36 bytes, but 2 are there"),
+        ("data:;base64,A*A=", "its data URI is not base64"),
+        ("data:nothing", "its data URI has no comma"),
+    ] {
+        assert_eq!(with(uri), Err(format!("{}: buffer 0: {reason}", path.display())), "{uri}");
+    }
+    // A buffer that nothing drawn needs may be missing.
+    let (mut json, buffer) = triangle();
+    json["buffers"].as_array_mut().unwrap().push(json!({ "uri": "texture.bin", "byteLength": 1u64 << 40 }));
+    assert!(read("t.glb", &glb(&json, &buffer)).is_ok());
+}
+
+#[test]
+fn transforms_nest_and_mirrors_turn_triangles() {
+    let (mut json, buffer) = triangle();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    // A quarter turn about z, then twice as large in x and a step along y; the quaternion is not of unit length.
+    json["nodes"] = json!([
+        { "mesh": 0, "rotation": [0, 0, 3.0 * half, 3.0 * half] },
+        { "children": [0], "scale": [2, 1, 1], "translation": [0, 5, 0] },
+    ]);
+    let mesh = placed(&json, &buffer);
+    close(&mesh.positions, &[[0.0, 5.0, 0.0], [0.0, 6.0, 0.0], [-2.0, 5.0, 0.0]]);
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    // Columns: x to z, y to x, z to y mirrored, a step along z.
+    json["nodes"] = json!([{ "mesh": 0, "matrix": [0, 0, 1, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 7, 1] }]);
+    let mesh = placed(&json, &buffer);
+    close(&mesh.positions, &[[0.0, 0.0, 7.0], [0.0, 0.0, 8.0], [1.0, 0.0, 7.0]]);
+    assert_eq!(mesh.triangles, [[0, 2, 1]]);
+    // Far from zero the detail stays.
+    json["nodes"] = json!([{ "mesh": 0, "translation": [4_321_034.25, 0, 0] }]);
+    let mesh = placed(&json, &buffer);
+    assert_eq!(mesh.origin[0], 4_321_035.0);
+    assert_eq!([mesh.positions[0][0], mesh.positions[1][0]], [-0.75, 0.25]);
+}
+
+#[test]
+fn the_default_scene_or_all_roots() {
+    let (mut json, buffer) = triangle();
+    json["nodes"] = json!([
+        { "mesh": 0 }, { "mesh": 0, "translation": [5, 0, 0] }, { "mesh": 0, "translation": [9, 0, 0] }, { "children": [2] },
+    ]);
+    let first = |json: &Value| {
+        let mesh = read("t.glb", &glb(json, &buffer)).unwrap();
+        mesh.positions.iter().step_by(3).map(|p| p[0]).collect::<Vec<_>>()
+    };
+    assert_eq!(first(&json), [0.0, 5.0, 9.0]);
+    json["scenes"] = json!([{ "nodes": [0] }, { "nodes": [3, 1, 2] }, {}]);
+    assert_eq!(first(&json), [0.0, 5.0, 9.0], "no scene is the default");
+    json["scene"] = 1.into();
+    assert_eq!(first(&json), [9.0, 5.0]);
+    let (_, warnings) = read_with_warnings("t.glb", &glb(&json, &buffer));
+    assert_eq!(warnings, ["2 scenes beside the default one not drawn"]);
+}
+
+#[test]
+fn modes_of_primitives() {
+    let (mut json, mut buffer) = triangle();
+    let positions = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 2.0, 0.0]);
+    let five = add(&mut json, &mut buffer, &positions, 5126, "VEC3", 5);
+    let mut mode = |mode: u32| {
+        json["meshes"][0]["primitives"] = json!([{ "attributes": { "POSITION": five }, "mode": mode }]);
+        glb(&json, &buffer)
+    };
+    assert_eq!(read("t", &mode(5)).unwrap().triangles, [[0, 1, 2], [2, 1, 3], [2, 3, 4]]);
+    assert_eq!(read("t", &mode(6)).unwrap().triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    let (mesh, warnings) = read_with_warnings("t", &mode(4));
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert_eq!(warnings, ["2 corners beyond the last whole triangle ignored"]);
+    for lines in 0..4 {
+        assert_eq!(refusal("t", &mode(lines)), "t: has no faces");
+    }
+    assert_eq!(refusal("t", &mode(7)), "t: mesh 0: primitive 0: 7 is no mode");
+    json["meshes"][0]["primitives"] = json!([
+        { "attributes": { "POSITION": five }, "mode": 0 },
+        { "attributes": { "POSITION": 0 } },
+        { "attributes": {} },
+        { "attributes": { "POSITION": five }, "mode": 3 },
+    ]);
+    let (mesh, warnings) = read_with_warnings("t", &glb(&json, &buffer));
+    assert_eq!(mesh.triangles.len(), 1);
+    assert_eq!(warnings, ["2 primitives of points or lines ignored, first at mesh 0, primitive 0"]);
+}
+
+#[test]
+fn every_component_type() {
+    let indices: [(u32, Vec<u8>); 3] = [
+        (5121, vec![2, 1, 0]),
+        (5123, [2u16, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect()),
+        (5125, [2u32, 1, 0].iter().flat_map(|i| i.to_le_bytes()).collect()),
+    ];
+    for (component, bytes) in indices {
+        let (mut json, mut buffer) = triangle();
+        let accessor = add(&mut json, &mut buffer, &bytes, component, "SCALAR", 3);
+        json["meshes"][0]["primitives"][0]["indices"] = accessor.into();
+        assert_eq!(placed(&json, &buffer).triangles, [[2, 1, 0]], "{component}");
+    }
+    // KHR_mesh_quantization: three numbers and one byte or two that nothing means.
+    let corners: [[i16; 3]; 3] = [[-127, 0, 64], [127, 0, 0], [0, 100, 127]];
+    let wide = [[-32767, 0, 16384], [32767, 0, 0], [0, 3, 32767]];
+    let bytes8: Vec<u8> = corners.iter().flat_map(|c| [c[0] as u8, c[1] as u8, c[2] as u8, 99]).collect();
+    let bytes16: Vec<u8> =
+        wide.iter().flat_map(|c| [c[0], c[1], c[2], 99]).flat_map(|c: i16| c.to_le_bytes()).collect();
+    for (component, bytes, stride, values, full) in
+        [(5120, &bytes8, 4, corners, 127.0f32), (5122, &bytes16, 8, wide, 32767.0)]
+    {
+        for normalized in [false, true] {
+            let (mut json, mut buffer) = triangle();
+            let accessor = add(&mut json, &mut buffer, bytes, component, "VEC3", 3);
+            json["accessors"][accessor]["normalized"] = normalized.into();
+            json["bufferViews"][1]["byteStride"] = stride.into();
+            json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = accessor.into();
+            json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+            let scale = if normalized { full } else { 1.0 };
+            close(&placed(&json, &buffer).positions, &values.map(|c| c.map(|v| f32::from(v) / scale)));
+        }
+    }
+}
+
+#[test]
+fn colours_of_some_primitives() {
+    let (mut json, mut buffer) = triangle();
+    let rgb = add(
+        &mut json,
+        &mut buffer,
+        &floats(&[1.0, 0.5, 0.0, 0.0, 0.0, 1.0, 2.0, -1.0, 0.2]),
+        5126,
+        "VEC3",
+        3,
+    );
+    let rgba =
+        add(&mut json, &mut buffer, &[255, 0, 128, 51, 0, 0, 0, 0, 255, 255, 255, 255], 5121, "VEC4", 3);
+    json["accessors"][rgba]["normalized"] = true.into();
+    json["meshes"][0]["primitives"] = json!([
+        { "attributes": { "POSITION": 0 } },
+        { "attributes": { "POSITION": 0, "COLOR_0": rgb } },
+        { "attributes": { "POSITION": 0, "COLOR_0": rgba } },
+        { "attributes": { "POSITION": 0 } },
+    ]);
+    let white = [255; 4];
+    let mesh = placed(&json, &buffer);
+    // The first and the last primitive share their vertices.
+    assert_eq!(mesh.positions.len(), 9);
+    assert_eq!(mesh.triangles[0], mesh.triangles[3]);
+    let srgb = linear_to_srgb;
+    let half = srgb(128.0 / 255.0);
+    assert_eq!(
+        mesh.colors,
+        [
+            white,
+            white,
+            white,
+            [255, srgb(0.5), 0, 255],
+            [0, 0, 255, 255],
+            [255, 0, srgb(0.2), 255],
+            [255, 0, half, 51],
+            [0; 4],
+            white,
+        ]
+    );
+}
+
+#[test]
+fn morph_targets_with_their_default_weights() {
+    let (mut json, mut buffer) = triangle();
+    let up =
+        add(&mut json, &mut buffer, &floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]), 5126, "VEC3", 3);
+    // Sparse over nothing: only vertex 1 moves along y.
+    let which = add(&mut json, &mut buffer, &[1], 5121, "SCALAR", 1);
+    let by = add(&mut json, &mut buffer, &floats(&[0.0, 4.0, 0.0]), 5126, "VEC3", 1);
+    let sparse = json!({ "componentType": 5126, "count": 3, "type": "VEC3", "sparse": { "count": 1,
+        "indices": { "bufferView": which, "componentType": 5121 }, "values": { "bufferView": by } } });
+    json["accessors"].as_array_mut().unwrap().push(sparse);
+    let targets = json!([{ "POSITION": up, "NORMAL": 77 }, { "POSITION": 4 }, {}]);
+    json["meshes"][0]["primitives"][0]["targets"] = targets;
+    let at = |json: &Value| placed(json, &buffer).positions;
+    close(&at(&json), &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    json["meshes"][0]["weights"] = json!([0.5, 0.25, 1]);
+    close(&at(&json), &[[0.0, 0.0, 0.5], [1.0, 1.0, 1.0], [0.0, 1.0, 1.5]]);
+    json["nodes"][0]["weights"] = json!([0, -1, 0]);
+    close(&at(&json), &[[0.0, 0.0, 0.0], [1.0, -4.0, 0.0], [0.0, 1.0, 0.0]]);
+    // A sparse accessor over values of its own.
+    json["accessors"][4]["bufferView"] = up.into();
+    close(&at(&json), &[[0.0, 0.0, -1.0], [1.0, -4.0, 0.0], [0.0, 1.0, -3.0]]);
+    json["accessors"][4]["count"] = 2.into();
+    assert_eq!(refusal("t", &glb(&json, &buffer)), "t: accessor 4: has 2 elements, but 3 are needed here");
+}
+
+#[test]
+fn skins_at_rest() {
+    let (mut json, mut buffer) = triangle();
+    let joints = add(&mut json, &mut buffer, &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 9, 9], 5121, "VEC4", 3);
+    // The last vertex belongs to both joints alike, with weights that do not add up to 1.
+    let weights = add(
+        &mut json,
+        &mut buffer,
+        &floats(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0]),
+        5126,
+        "VEC4",
+        3,
+    );
+    // Joint 1 was bound a step along x.
+    let mut binds = [0.0f32; 32];
+    (0..8).for_each(|k| binds[k / 4 * 16 + k % 4 * 5] = 1.0);
+    binds[16 + 12] = -1.0;
+    let binds = add(&mut json, &mut buffer, &floats(&binds), 5126, "MAT4", 2);
+    json["meshes"][0]["primitives"][0]["attributes"] =
+        json!({ "POSITION": 0, "JOINTS_0": joints, "WEIGHTS_0": weights });
+    // The transform of the node with the mesh must not matter.
+    json["nodes"] = json!([
+        { "mesh": 0, "skin": 0, "translation": [100, 100, 100], "scale": [-1, 1, 1] },
+        { "translation": [0, 0, 10], "children": [2] },
+        { "translation": [1, 0, 0], "scale": [2, 2, 2] },
+    ]);
+    json["skins"] = json!([{ "joints": [1, 2], "inverseBindMatrices": binds }]);
+    let mesh = placed(&json, &buffer);
+    // Joint 0: +10 z. Joint 1: 2 (v − x) + x + 10 z.
+    close(&mesh.positions, &[[0.0, 0.0, 10.0], [1.0, 0.0, 10.0], [-0.5, 1.5, 10.0]]);
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    let mirrored = {
+        let mut j = json.clone();
+        j["nodes"][1]["scale"] = json!([-1, 1, 1]);
+        placed(&j, &buffer)
+    };
+    assert_eq!(mirrored.triangles, [[0, 2, 1]]);
+    let unbound = {
+        let mut j = json.clone();
+        j["skins"] = json!([{ "joints": [1, 2] }]);
+        placed(&j, &buffer)
+    };
+    close(&unbound.positions, &[[0.0, 0.0, 10.0], [3.0, 0.0, 10.0], [0.5, 1.5, 10.0]]);
+
+    let refused = |path: &[&str], value: Value| {
+        let mut json = json.clone();
+        let slot = path.iter().fold(&mut json, |v, key| match key.parse::<usize>() {
+            Ok(index) => &mut v[index],
+            Err(_) => &mut v[*key],
+        });
+        *slot = value;
+        refusal("t", &glb(&json, &buffer))
+    };
+    assert_eq!(
+        refused(&["skins", "0", "joints"], json!([1])),
+        "t: accessor 1: vertex 1: a joint out of range (1 joints)"
+    );
+    assert_eq!(
+        refused(&["skins", "0", "joints"], json!([1, 9])),
+        "t: skin 0: node 9 does not exist (3 are there)"
+    );
+    assert_eq!(
+        refused(&["skins", "0", "joints"], json!([1, 2, 2])),
+        "t: skin 0: 2 inverse bind matrices for 3 joints"
+    );
+    assert_eq!(refused(&["nodes", "0", "skin"], json!(3)), "t: skin 3: does not exist (1 skins)");
+}
+
+#[test]
+fn refusals_name_the_place() {
+    let (json, buffer) = triangle();
+    let with = |path: &str, value: Value| {
+        let mut json = json.clone();
+        let slot = path.split('.').fold(&mut json, |v, key| match key.parse::<usize>() {
+            Ok(index) => &mut v[index],
+            Err(_) => &mut v[key],
+        });
+        *slot = value;
+        refusal("t.glb", &glb(&json, &buffer)).strip_prefix("t.glb: ").unwrap().to_owned()
+    };
+    let huge = json!(u64::MAX);
+    for (path, value, expected) in [
+        (
+            "extensionsRequired",
+            json!(["KHR_draco_mesh_compression"]),
+            "needs the extension KHR_draco_mesh_compression (Draco compression), which is not read",
+        ),
+        (
+            "extensionsRequired",
+            json!(["KHR_materials_unlit", "EXT_meshopt_compression"]),
+            "needs the extension EXT_meshopt_compression (meshopt compression), which is not read",
+        ),
+        (
+            "extensionsRequired",
+            json!(["ACME\nrockets"]),
+            "needs the extension ACME\\nrockets, which is not read",
+        ),
+        (
+            "asset.version",
+            json!("1.0"),
+            "is a glTF file of another version than 2, which is not read yet; PLY, OBJ, STL, OFF and glTF are",
+        ),
+        ("scene", json!(0), "scene 0: does not exist (0 scenes)"),
+        ("nodes.0.mesh", json!(1), "node 0: mesh 1 does not exist (1 are there)"),
+        ("nodes.0.children", json!([1]), "node 0: child 1 does not exist (1 are there)"),
+        ("nodes.0.children", json!([0]), "node 0: is below itself: its children form a cycle"),
+        ("nodes", json!([{ "children": [1, 1] }, {}]), "node 1: is a child of node 0 and again of node 0"),
+        ("meshes.0.primitives.0.attributes.POSITION", json!(5), "accessor 5: does not exist (1 accessors)"),
+        (
+            "meshes.0.primitives.0.indices",
+            json!(0),
+            "accessor 0: its type is Vec3, but Scalar is needed here",
+        ),
+        ("accessors.0.type", json!("VEC2"), "accessor 0: its type is Vec2, but Vec3 is needed here"),
+        ("accessors.0.componentType", json!(5124), "accessor 0: 5124 is no component type"),
+        (
+            "accessors.0.count",
+            json!(4),
+            "accessor 0: 4 elements of 12 bytes, 12 apart from byte 0, leave the 36 bytes of buffer view 0",
+        ),
+        (
+            "accessors.0.count",
+            huge.clone(),
+            "accessor 0: 18446744073709551615 elements of 12 bytes, 12 apart from byte 0, leave the 36 bytes of buffer view 0",
+        ),
+        (
+            "accessors.0.byteOffset",
+            huge.clone(),
+            "accessor 0: 3 elements of 12 bytes, 12 apart from byte 18446744073709551615, leave the 36 bytes of buffer view 0",
+        ),
+        (
+            "accessors.0",
+            json!({ "componentType": 5126, "count": 1u64 << 40, "type": "VEC3" }),
+            "accessor 0: 1099511627776 elements without a buffer view",
+        ),
+        ("accessors.0.bufferView", json!(2), "accessor 0: buffer view 2 does not exist (1 views)"),
+        (
+            "accessors.0.sparse",
+            json!({ "count": 4, "indices": { "bufferView": 0, "componentType": 5121 }, "values": { "bufferView": 0 } }),
+            "accessor 0: 4 sparse elements of 3",
+        ),
+        (
+            "accessors.0.sparse",
+            json!({ "count": 3, "indices": { "bufferView": 0, "componentType": 5121, "byteOffset": 13 }, "values": { "bufferView": 0 } }),
+            "accessor 0: sparse index 128 of 3 elements",
+        ),
+        (
+            "accessors.0.sparse",
+            json!({ "count": 1, "indices": { "bufferView": 0, "componentType": 5126 }, "values": { "bufferView": 0 } }),
+            "accessor 0: 5126 is no type for sparse indices",
+        ),
+        (
+            "bufferViews.0.byteLength",
+            huge.clone(),
+            "buffer view 0: 18446744073709551615 bytes from byte 0, but the buffer has 36",
+        ),
+        (
+            "bufferViews.0.byteOffset",
+            huge.clone(),
+            "buffer view 0: 36 bytes from byte 18446744073709551615, but the buffer has 36",
+        ),
+        (
+            "bufferViews.0.byteStride",
+            json!(8),
+            "buffer view 0: byteStride 8 is less than the 12 bytes of an element",
+        ),
+        (
+            "bufferViews.0.byteStride",
+            huge.clone(),
+            "accessor 0: 3 elements of 12 bytes, 18446744073709551615 apart from byte 0, leave the 36 bytes of buffer view 0",
+        ),
+        ("bufferViews.0.buffer", json!(1), "buffer 1: does not exist (1 buffers)"),
+        ("buffers.0.byteLength", json!(40), "buffer 0: declares 40 bytes, but 36 are there"),
+        (
+            "nodes.0.scale",
+            json!([1e200, 1e200, 1e200]),
+            "has x from 0e0 to 1e200, beyond the range of single precision",
+        ),
+        (
+            "nodes",
+            json!([{ "mesh": 0, "scale": [1e200, 1, 1] }, { "scale": [1e200, 1, 1], "children": [0] }]),
+            "mesh 0: primitive 0: vertex 0: x is NaN",
+        ),
+    ] {
+        assert_eq!(with(path, value.clone()), expected, "{path} = {value}");
+    }
+    let mut nan = buffer.clone();
+    nan[16..20].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    assert_eq!(refusal("t", &glb(&json, &nan)), "t: mesh 0: primitive 0: vertex 1: y is inf");
+    assert_eq!(
+        refusal("t.gltf", b"{\n  \"asset\": {\n  \"version\": 2 }\n}"),
+        "t.gltf: line 3: JSON: invalid type: integer `2`, expected a text"
+    );
+    assert_eq!(refusal("t.gltf", b"{ \"asset\""), "t.gltf: line 1: JSON: EOF while parsing an object");
+    let nested = format!("{{\"asset\": {}", "[".repeat(100_000));
+    assert!(refusal("t.gltf", nested.as_bytes()).contains("JSON: "));
+}
+
+#[test]
+fn small_files_do_not_grow_without_bound() {
+    let (mut json, mut buffer) = triangle();
+    let n = 30_000;
+    let indices: Vec<u8> = (0..3 * n).map(|i| (i % 3) as u8).collect();
+    let many = add(&mut json, &mut buffer, &indices, 5121, "SCALAR", 3 * n);
+    json["meshes"][0]["primitives"][0]["indices"] = many.into();
+    // Ten instances are what instances are for, ten thousand of ninety kilobytes are not.
+    let instances = |count: usize| {
+        let mut json = json.clone();
+        json["nodes"] = vec![json!({ "mesh": 0 }); count].into();
+        glb(&json, &buffer)
+    };
+    assert_eq!(read("t", &instances(10)).unwrap().triangles.len(), 10 * n);
+    assert_eq!(
+        refusal("t", &instances(10_000)),
+        "t: the instances of its meshes expand to more than 128 MiB"
+    );
+    let nodes = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{}}{}]}}", ",{}".repeat(1 << 19));
+    assert_eq!(refusal("t.gltf", nodes.as_bytes()), "t.gltf: line 1: JSON: more than 524288 nodes");
+}
+
+#[test]
+#[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
+fn real_files_have_the_counts_that_other_readers_found() {
+    for (name, triangles) in [
+        ("meshes/duck.glb", 4_212),
+        ("animated/fox.glb", 576),
+        ("animated/cesiumman.glb", 4_672),
+        ("animated/riggedsimple.glb", 892),
+        ("animated/simple_skin.gltf", 8),
+        ("animated/morphstresstest.glb", 2_412),
+        ("animated/animatedmorphcube/AnimatedMorphCube.gltf", 12),
+        ("animated/morphprimitivestest/MorphPrimitivesTest.gltf", 32),
+        ("animated/sparse_blendshape_cube.glb", 12),
+    ] {
+        let mut warnings = Warnings::new();
+        let mesh = read_mesh(&shared_data().join(name), &mut warnings).unwrap();
+        assert_eq!(mesh.triangles.len(), triangles, "{name}");
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+    }
+    let duck = read_mesh(&shared_data().join("meshes/duck.glb"), &mut Warnings::new()).unwrap();
+    assert_eq!(duck.positions.len(), 2_399);
+    // Scaled to a hundredth by its node; as other viewers measure it.
+    let highest = duck.positions.iter().fold(0.0f32, |m, p| m.max(p[1]));
+    assert!((highest - 1.6397).abs() < 1e-4, "{highest}");
+    // A skinned man as tall as men are, upright along y.
+    let man = read_mesh(&shared_data().join("animated/cesiumman.glb"), &mut Warnings::new()).unwrap();
+    let (low, high) = man.positions.iter().fold((0.0f32, 0.0f32), |(l, h), p| (l.min(p[1]), h.max(p[1])));
+    assert!(low.abs() < 0.01 && (high - 1.5066).abs() < 0.01, "{low} {high}");
+}
+
+#[test]
+#[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
+fn every_animated_file_of_the_shared_data_is_listed_above() {
+    let listed = include_str!("gltf.rs");
+    let mut folders = vec![shared_data().join("animated")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".glb") || name.ends_with(".gltf") {
+                assert!(listed.contains(&format!("/{name}\"")), "{name} has no line in the table");
+            }
+        }
+    }
+}
