@@ -1,7 +1,10 @@
-//! Writes a drawing to files: PNG, CSV and JSON, atomically.
+//! Writes a drawing to files: SVG, PDF, PNG, TIFF, CSV and JSON, atomically.
 //!
 //! * [`write_atomic`] and [`check_writable`]: an output exists whole or not at all;
-//! * [`write_png`]: a raster with its physical resolution and text;
+//! * [`write_png`] and [`write_tiff`]: a raster with its physical resolution and text;
+//! * [`bilevel()`], [`write_png_bilevel`] and [`write_tiff_bilevel`]: a black-and-white plate for the press;
+//! * [`write_pdf`]: the page in its size, editable marks, layers;
+//! * [`embedded_settings`] and [`is_plate`]: the settings that any of these carries;
 //! * [`CsvWriter`]: the drawing table, one row a dot;
 //! * [`write_json`]: the whole drawing as structure-of-arrays JSON;
 //! * [`write_svg`] and [`svg_metadata`]: vectors in millimetres with the settings inside, and those read back;

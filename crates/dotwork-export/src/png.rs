@@ -22,7 +22,8 @@ use crate::bilevel::Bilevel;
 /// The last level before time grows faster than files shrink; see the table above.
 const DEFLATE_LEVEL: u8 = 2;
 
-/// The same for plates of one bit a pixel.
+/// The same for plates of one bit a pixel. 200,000 dots on A4 at 1200 dpi, 17 MB, one core (ms, MB): level 1: 103, 6.5;
+/// 2: 202, 4.4; 4: 359, 4.1; 6: 791, 3.9.
 const BILEVEL_DEFLATE_LEVEL: u8 = 4;
 
 /// The samples of a raster, 8-bit sRGB, rows from top to bottom without gaps.
@@ -323,5 +324,74 @@ mod tests {
             refused(&one, &[(keyword, "value")]);
         }
         refused(&one, &[("key", "a\0b")]);
+    }
+
+    #[test]
+    fn plates_decode_to_the_same_bits() {
+        for width in [1usize, 7, 8, 9, 300] {
+            let row_bytes = width.div_ceil(8);
+            let mut plate = Bilevel { width: width as u32, height: 5, rows: noise(row_bytes * 5) };
+            for row in plate.rows.chunks_mut(row_bytes) {
+                row[row_bytes - 1] &= 0xff << (row_bytes * 8 - width);
+            }
+            let mut file = Vec::new();
+            write_png_bilevel(&mut file, &plate, 47_244, &[(SETTINGS_KEYWORD, "a")]).unwrap();
+            let mut decoder = png::Decoder::new(Cursor::new(&file));
+            decoder.set_transformations(png::Transformations::EXPAND);
+            let mut reader = decoder.read_info().unwrap();
+            let info = reader.info();
+            assert_eq!((info.bit_depth, info.color_type), (BitDepth::One, ColorType::Grayscale));
+            assert_eq!(info.pixel_dims.unwrap().xppu, 47_244);
+            let mut decoded = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut decoded).unwrap();
+            assert_eq!(decoded.len(), width * 5);
+            for (i, grey) in decoded.into_iter().enumerate() {
+                let black = plate.is_black((i % width) as u32, (i / width) as u32);
+                assert_eq!(grey, if black { 0 } else { 255 });
+            }
+        }
+        let short = Bilevel { width: 9, height: 1, rows: vec![0] };
+        let error = write_png_bilevel(Vec::new(), &short, 1, &[]).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+    }
+
+    #[test]
+    fn text_is_found_without_decoding() {
+        let text =
+            [("Software", "dotwork"), ("naïve", "Möbius\n\u{a0}"), ("Title", "点描 😀\r\n"), ("empty", "")];
+        let file = encode(&RasterView { width: 1, height: 1, pixels: Pixels::Grey(&[9]) }, 2835, &text);
+        for (keyword, value) in text {
+            assert_eq!(png_text(&file, keyword).as_deref(), Some(value));
+        }
+        assert_eq!(png_text(&file, "Soft"), None);
+        assert_eq!(png_text(&file[1..], "Title"), None);
+        // A compressed text, which we do not write, is passed over.
+        let at = file.windows(6).position(|w| w == b"Title\0").unwrap();
+        let mut compressed = file.clone();
+        compressed[at + 6] = 1;
+        assert_eq!(png_text(&compressed, "Title"), None);
+        assert_eq!(png_text(&compressed, "empty").as_deref(), Some(""));
+    }
+
+    #[test]
+    fn the_writers_own_error_comes_back() {
+        struct Fails(usize);
+        impl Write for Fails {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                let taken = bytes.len().min(self.0);
+                self.0 -= taken;
+                // As a full disk says it, with the number of the system.
+                if taken == 0 { Err(io::Error::from_raw_os_error(28)) } else { Ok(taken) }
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let expected = io::Error::from_raw_os_error(28);
+        for room in [0, 5, 40, 60] {
+            let raster = RasterView { width: 1, height: 1, pixels: Pixels::Grey(&[9]) };
+            let error = write_png(Fails(room), &raster, 2835, &[]).unwrap_err();
+            assert_eq!((error.kind(), error.raw_os_error()), (expected.kind(), expected.raw_os_error()));
+        }
     }
 }

@@ -156,7 +156,7 @@ fn what_is_not_read_is_named() {
         let message = refusal("a.tif", &with(tags));
         assert!(message.contains(reason) || reason.starts_with("deflate"), "{message}");
     }
-    // Planar tiles and 8-bit samples with a float predictor: what made the crate tiff 0.11 panic.
+    // Planar tiles, a predictor of floats for bytes, and planes times rows beyond 32 bits.
     for tags in [
         &[(277, 3), (284, 2), (262, 2), (322, 16), (323, 16), (324, 8), (325, 64)][..],
         &[(259, 8), (317, 3), (339, 3)],

@@ -67,7 +67,8 @@ impl Units {
 
 /// Content streams in the making.
 pub(super) struct Content {
-    units: Units,
+    /// The units of its coordinates.
+    pub units: Units,
     text: Vec<u8>,
     /// The finished streams.
     pub streams: Vec<Vec<u8>>,
@@ -119,7 +120,8 @@ impl Content {
     pub(super) fn marks(&mut self, layer: &Layer, paper: Color, page: &Page) {
         self.state = State { opacity: Some(OPAQUE), ..State::default() };
         self.operators(color_operator(layer.color, Paint::Stroke));
-        // As viewers blend: presses agree with them rather than with linear light, for printed dots grow by about as much.
+        // As viewers blend. Presses agree with them rather than with linear light: printed dots grow by about as
+        // much.
         let opacity = |strength: f32| opacity(strength, layer.color, paper);
         self.dots(&layer.dots, page, &opacity);
         self.strokes(&layer.strokes, &opacity);

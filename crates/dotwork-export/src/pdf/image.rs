@@ -43,7 +43,7 @@ pub(super) fn encode(image: &Image, paper: Color) -> Encoded {
     let bare = [paper.r, paper.g, paper.b].map(|c| f32::from(c) / 255.0);
     let one = |sample: &[f32; 4]| {
         // Not a number becomes nothing.
-        let alpha = sample[3].max(0.0).min(1.0);
+        let alpha = if sample[3].is_nan() { 0.0 } else { sample[3].clamp(0.0, 1.0) };
         let mut opacity = alpha;
         let target: [f32; 3] = std::array::from_fn(|c| {
             let light = sample[c].max(0.0) + linear[c] * (1.0 - alpha);

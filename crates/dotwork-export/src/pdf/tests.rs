@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::io::Read;
 
 use dotwork_drawing::hash::{hash2, unit};
-use dotwork_drawing::{Dots, Image, Page, StrokeKind, Strokes};
+use dotwork_drawing::{Dots, StrokeKind, Strokes};
 use flate2::read::ZlibDecoder;
 
 use super::*;
@@ -358,7 +358,7 @@ fn strokes_keep_their_area_and_hang_together() {
         let round_off = if k == 3 { 1.0 / 90.0 } else { 0.0 };
         assert!((area / expected - 1.0 + round_off).abs() < 0.003, "stroke {k}: {area} for {expected}");
         match k {
-            0 | 1 | 2 => {
+            0..=2 => {
                 assert!(runs.len() > 10 && runs.len() < 80, "stroke {k}: {} runs", runs.len());
                 for pair in runs.windows(2) {
                     assert_eq!(pair[0].parts[0].last(), pair[1].parts[0].first());

@@ -50,9 +50,19 @@ pub(crate) fn in_file<T>(path: &Path, result: Result<T, ReadErrorKind>) -> Resul
     result.map_err(|kind| ReadErrorKind::DataFile { file: path.to_path_buf(), kind: Box::new(kind) })
 }
 
+/// Names of data files in few words.
+#[cfg(any(feature = "nrrd", feature = "metaimage"))]
+pub(crate) fn listing(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first, .., last] => format!("{}: {first} to {last}", names.len()),
+    }
+}
+
 /// More data files than any volume has.
 #[cfg(any(feature = "nrrd", feature = "metaimage"))]
-const MOST_FILES: u64 = 1_000_000;
+const MOST_FILES: u64 = 100_000;
 
 /// File names by a pattern as of C's `printf` ("slice%03d.raw") for the numbers from `first` to `last` by `step`.
 ///

@@ -13,7 +13,7 @@ use crate::volume::Found;
 use crate::volume::ascii::read_numbers;
 use crate::volume::data::{After, Part, Skip, pour, product};
 use crate::volume::facts::Facts;
-use crate::volume::files::{Files, in_file, numbered};
+use crate::volume::files::{Files, in_file, listing, numbered};
 use crate::volume::fill::Fill;
 use crate::volume::grid::{self, unit_named, usable_spacing};
 use crate::volume::reduce::{Reduction, reduce};
@@ -96,7 +96,7 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
         }
         Data::Files { names, axes: of_each } => {
             let count = names.len() as u64;
-            if count == 0 || declared % count != 0 || (declared / count) % width != 0 {
+            if count == 0 || !declared.is_multiple_of(count) || !(declared / count).is_multiple_of(width) {
                 return Err(ReadErrorKind::at_line(
                     line,
                     format!("{count} data files cannot share {declared} bytes of samples evenly"),
@@ -198,14 +198,6 @@ fn take(
     let part = Part { skip, wanted, declared, after: After::Nothing, one_of_many: many };
     pour(fill, Stream::new(data, packing), start, part, warnings)?;
     Ok(packing)
-}
-
-fn listing(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first, .., last] => format!("{}: {first} to {last}", names.len()),
-    }
 }
 
 fn format(header: &Header, sample: SampleType, packing: Packing, detached: bool) -> String {

@@ -25,6 +25,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(
+    not(all(
+        feature = "bzip2",
+        feature = "nifti",
+        feature = "metaimage",
+        feature = "vtk",
+        feature = "tiff"
+    )),
+    allow(dead_code, reason = "each reader uses its share")
+)]
+
 #[cfg(any(feature = "nrrd", feature = "metaimage", feature = "vtk"))]
 mod ascii;
 mod data;
@@ -166,43 +177,35 @@ fn read(
         return raw::read(bytes, layout, warnings);
     }
     let format = volume_format_of(files.name, bytes);
-    // NIfTI is gzipped by custom, and unpacked by its reader straight into the samples.
-    let whole = if gzip::is_gzip(bytes) && !matches!(format, Some(VolumeFormat::Nifti | VolumeFormat::Raw)) {
-        if format.is_none() {
-            return Err(unknown());
-        }
-        Cow::Owned(gzip::unpack(bytes, warnings, |_| Ok(()))?)
-    } else {
-        Cow::Borrowed(bytes)
-    };
     match format {
+        // Gzipped by custom, and unpacked by its reader straight into the samples.
         #[cfg(feature = "nifti")]
         Some(VolumeFormat::Nifti) => nifti::read(files, bytes, warnings),
         #[cfg(feature = "nrrd")]
         Some(VolumeFormat::Nrrd) => {
             files.count(bytes);
-            nrrd::read(files, &whole, warnings)
+            nrrd::read(files, &unpacked(bytes, warnings)?, warnings)
         }
         #[cfg(feature = "metaimage")]
         Some(VolumeFormat::MetaImage) => {
             files.count(bytes);
-            metaimage::read(files, &whole, warnings)
+            metaimage::read(files, &unpacked(bytes, warnings)?, warnings)
         }
         #[cfg(feature = "vtk")]
         Some(VolumeFormat::Vtk) => {
             files.count(bytes);
-            vtk::read(&whole, warnings)
+            vtk::read(&unpacked(bytes, warnings)?, warnings)
         }
         #[cfg(feature = "tiff")]
         Some(VolumeFormat::Tiff) => {
             files.count(bytes);
-            tiff::read(&whole, warnings)
+            tiff::read(&unpacked(bytes, warnings)?, warnings)
         }
         Some(VolumeFormat::Raw) => Err(ReadErrorKind::Refused(format!(
             "has no header: say how its {} bytes lie, as in 256x256x128:u16:le",
             bytes.len()
         ))),
-        None => Err(unknown()),
+        None => Err(unknown(bytes)),
         #[allow(unreachable_patterns, reason = "with all formats nothing is left")]
         Some(format) => Err(ReadErrorKind::Refused(format!(
             "is a volume of a kind ({format:?}) that this build of dotwork does not read"
@@ -210,7 +213,18 @@ fn read(
     }
 }
 
-fn unknown() -> ReadErrorKind {
+/// The content of a file that may be gzipped as a whole.
+fn unpacked<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cow<'a, [u8]>, ReadErrorKind> {
+    if !gzip::is_gzip(bytes) {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    gzip::unpack(bytes, warnings, |_| Ok(())).map(Cow::Owned)
+}
+
+fn unknown(bytes: &[u8]) -> ReadErrorKind {
+    if bytes.get(128..132) == Some(b"DICM") {
+        return ReadErrorKind::Refused("is a DICOM file, which is not read yet".into());
+    }
     ReadErrorKind::Refused(
         "is no volume that dotwork reads (NRRD, NIfTI, MetaImage, legacy VTK, TIFF, raw by option)".into(),
     )

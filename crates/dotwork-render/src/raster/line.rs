@@ -72,9 +72,9 @@ impl Segments {
     }
 
     fn is_solid(&self, strokes: &Strokes, i: usize) -> bool {
-        self.ends[i].iter().all(|&p| {
-            strokes.darkness[p as usize] >= 1.0 && strokes.width[p as usize] >= THINNEST_SAMPLED
-        })
+        self.ends[i]
+            .iter()
+            .all(|&p| strokes.darkness[p as usize] >= 1.0 && strokes.width[p as usize] >= THINNEST_SAMPLED)
     }
 
     fn segment(&self, strokes: &Strokes, i: usize, k: usize) -> Segment {

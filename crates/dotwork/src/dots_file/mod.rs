@@ -156,9 +156,6 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
         name if file.has(&name) => file.u32s(&name)?.into_iter().map(u32::to_le_bytes).collect(),
         _ => Vec::new(),
     };
-    if !(colors.is_empty() || colors.len() == positions.len()) {
-        return Err(broken("vertices and colours differ in number"));
-    }
     let within =
         |indices: &[[u32; 3]], n: usize| indices.as_flattened().par_iter().all(|&i| (i as usize) < n);
     let small = |v: &Vec3, max: f32| v.abs().max_element() <= max && v.is_finite();
@@ -173,6 +170,9 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
     }
     if !within(&triangles, positions.len()) || !within(&corner_normals, normals.len()) {
         return Err(broken("a triangle refers to a vertex or normal that is not there"));
+    }
+    if !(colors.is_empty() || colors.len() == positions.len()) {
+        return Err(broken("vertices and colours differ in number"));
     }
     let mesh = Mesh { positions, triangles, normals, corner_normals, origin, closed, colors };
     let radius = mesh.bounding_sphere().1;

@@ -218,7 +218,7 @@ impl Header {
         let wrong =
             |reason: &str| Err(ReadErrorKind::at_byte(place, format!("samples at byte {at}: {reason}")));
         let header = if self.second { SECOND } else { FIRST } as u64;
-        if at.is_nan() || at < 0.0 || at > 9e15 || at.fract() != 0.0 {
+        if !(0.0..=9e15).contains(&at) || at.fract() != 0.0 {
             return wrong("that is no place in a file");
         }
         let at = at as u64;

@@ -14,7 +14,7 @@ use crate::error::ReadErrorKind;
 use crate::volume::Found;
 use crate::volume::ascii::{read_hex, read_numbers};
 use crate::volume::data::{After, Part, Skip, after_samples, pour, product};
-use crate::volume::files::{Files, in_file};
+use crate::volume::files::{Files, in_file, listing};
 use crate::volume::fill::Fill;
 use crate::volume::nrrd::axes::Plan;
 use crate::volume::nrrd::header::{DataFiles, Encoding, Header};
@@ -76,11 +76,11 @@ fn share(header: &Header, count: u64, share_axes: Option<usize>, all: u64) -> Re
     if count == 0 {
         return Err(wrong("no data file is named".into()));
     }
-    if all % count != 0 {
+    if !all.is_multiple_of(count) {
         return Err(wrong(format!("{count} data files cannot share {all} bytes of samples evenly")));
     }
     let share = all / count;
-    if share % header.sample.bytes() as u64 != 0 {
+    if !share.is_multiple_of(header.sample.bytes() as u64) {
         return Err(wrong(format!("{count} data files cannot share the samples evenly")));
     }
     if let Some(axes) = share_axes.filter(|&n| n < header.sizes.len()) {
@@ -145,14 +145,6 @@ fn read_part(
     };
     let part = Part { skip, wanted, declared, after: After::NothingElseWrong, one_of_many: many };
     pour(fill, Stream::new(rest, packing), offset, part, warnings)
-}
-
-fn listing(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first, .., last] => format!("{}: {first} to {last}", names.len()),
-    }
 }
 
 impl Header {

@@ -1,5 +1,6 @@
 //! From the strips or tiles of a page to rows of samples in this machine's byte order.
 
+use bytemuck::allocation::try_zeroed_vec;
 use weezl::decode::Configuration;
 use weezl::{BitOrder, LzwStatus};
 
@@ -29,11 +30,13 @@ pub(super) fn page(
         let packed = tiff.bytes.get(chunk.at as usize..).and_then(|b| b.get(..chunk.packed as usize));
         let packed = packed.unwrap_or_default();
         let bytes = page.chunk_bytes(i) as usize;
-        scratch.clear();
-        scratch.try_reserve(bytes).map_err(|_| {
-            ReadErrorKind::TooLarge(format!("there is no memory for {bytes} bytes of a page"))
-        })?;
-        scratch.resize(bytes, 0);
+        if scratch.len() < bytes {
+            // Zeros from the system take no memory until something is unpacked to them.
+            *scratch = try_zeroed_vec(bytes).map_err(|()| {
+                ReadErrorKind::TooLarge(format!("there is no memory for {bytes} bytes of a page"))
+            })?;
+        }
+        let scratch = &mut scratch[..bytes];
         let got = unpack(page.compression, packed, scratch).map_err(|reason| {
             ReadErrorKind::at_byte(chunk.at as usize, format!("{} data: {reason}", page.compression.name()))
         })?;

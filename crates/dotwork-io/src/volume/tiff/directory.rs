@@ -138,8 +138,19 @@ impl<'a> Tiff<'a> {
         ReadErrorKind::at_byte(directory.at, format!("{tag:?}: {reason}"))
     }
 
-    /// The whole numbers of a tag; empty if the page has none.
-    pub(super) fn integers(&self, directory: &Directory, tag: Tag) -> Result<Vec<u64>, ReadErrorKind> {
+    /// How many values a tag has.
+    pub(super) fn count(&self, directory: &Directory, tag: Tag) -> u64 {
+        self.find(directory, tag).map_or(0, |e| e.count)
+    }
+
+    /// The first whole numbers of a tag, up to `most`; empty if the page has none. Pages may share their lists, so that
+    /// one that is read whole for each of them could take forever.
+    pub(super) fn integers(
+        &self,
+        directory: &Directory,
+        tag: Tag,
+        most: u64,
+    ) -> Result<Vec<u64>, ReadErrorKind> {
         let Some(entry) = self.find(directory, tag) else { return Ok(Vec::new()) };
         let width = match entry.kind {
             1 | 7 => 1,
@@ -157,7 +168,7 @@ impl<'a> Tiff<'a> {
                 &format!("{} values beyond the file's end", entry.count),
             ));
         }
-        (0..entry.count).map(|i| self.number(entry.values + i * width, width as usize)).collect()
+        (0..entry.count.min(most)).map(|i| self.number(entry.values + i * width, width as usize)).collect()
     }
 
     /// The first whole number of a tag, or `default` if the page has none.
@@ -167,7 +178,7 @@ impl<'a> Tiff<'a> {
         tag: Tag,
         default: u64,
     ) -> Result<u64, ReadErrorKind> {
-        Ok(self.integers(directory, tag)?.first().copied().unwrap_or(default))
+        Ok(self.integers(directory, tag, 1)?.first().copied().unwrap_or(default))
     }
 
     /// The text of a tag; empty if there is none or it cannot be read.

@@ -2,8 +2,8 @@
 //!
 //! The pages of scientific stacks are few of the things that TIFF can be: strips or tiles of 8- to 64-bit integers or
 //! 32- and 64-bit floats, plain, LZW, deflate or PackBits, with or without prediction. They are decoded here, straight
-//! into the samples, since nothing may panic: the crate `tiff` 0.11 does on some damaged files (an assertion on planar
-//! tiles, `unreachable!` for the floating-point predictor on 8-bit samples, products of sizes that overflow).
+//! into the samples: the crate `tiff` 0.11 panics on planar tiles, well-formed ones too (an assertion), and in debug
+//! builds on sizes whose product overflows.
 //!
 //! TIFF has no slice distance, and its resolution is about print: only what ImageJ or OME wrote counts as spacing.
 
@@ -175,6 +175,8 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Found, ReadE
     let Kind { width, height, sample, .. } = pages.kind;
     let count = byte_count(&[width as u64, height as u64, chosen.len() as u64], 1)?;
     let mut fill = Fill::new(sample, count)?;
+    // Each page's strips were found long enough to hold what it declares.
+    fill.allocate()?;
     let mut scratch = Vec::new();
     for &index in &chosen {
         pages.decode(index, &mut fill, &mut scratch)?;

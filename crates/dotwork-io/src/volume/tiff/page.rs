@@ -5,6 +5,9 @@ use dotwork_volume::SampleType;
 use crate::error::ReadErrorKind;
 use crate::volume::tiff::directory::{Directory, Tag, Tiff};
 
+/// More samples a pixel than any volume has.
+const MOST_COMPONENTS: u64 = 64;
+
 /// How strips or tiles are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Compression {
@@ -28,6 +31,7 @@ impl Compression {
     fn most(self, packed: u64) -> u64 {
         let ratio = match self {
             Compression::None => return packed,
+            _ if packed == 0 => return 0,
             // A code of 12 bits stands for at most 4096 bytes.
             Compression::Lzw => 2731,
             Compression::Deflate => crate::gzip::DEFLATE_RATIO,
@@ -97,8 +101,8 @@ impl Page {
         };
         let (width, height) = (side(Tag::Width, 0)?, side(Tag::Height, 0)?);
         let components = side(Tag::SamplesPerPixel, 1)?;
-        if components > 64 {
-            return Err(wrong(format!("{components} samples a pixel; up to 64 are read")));
+        if components as u64 > MOST_COMPONENTS {
+            return Err(wrong(format!("{components} samples a pixel; up to {MOST_COMPONENTS} are read")));
         }
         let sample = sample_type(tiff, directory).map_err(|e| e.unwrap_or_else(wrong))?;
         let color = match (integer(Tag::Photometric, 1)?, components) {
@@ -125,7 +129,7 @@ impl Page {
             other => return Err(wrong(format!("predictor {other} for {} samples", sample.name()))),
         };
         let planar = components > 1 && integer(Tag::PlanarConfiguration, 1)? == 2;
-        let tiled = !tiff.integers(directory, Tag::TileOffsets)?.is_empty();
+        let tiled = tiff.count(directory, Tag::TileOffsets) > 0;
         let (chunk_width, chunk_height) = if tiled {
             (side(Tag::TileWidth, 0)?, side(Tag::TileHeight, 0)?)
         } else {
@@ -165,12 +169,15 @@ impl Page {
         } else {
             (Tag::StripOffsets, Tag::StripByteCounts)
         };
-        let (offsets, mut counts) = (tiff.integers(directory, offsets)?, tiff.integers(directory, counts)?);
         let planes = if self.planar { self.components } else { 1 };
-        let expected = self.chunks_across() as u64 * self.chunks_down() as u64 * planes as u64;
-        if offsets.len() as u64 != expected {
-            return Err(wrong(format!("{} strips or tiles where {expected} are needed", offsets.len())));
+        let across = self.chunks_across() as u64;
+        let expected = across.saturating_mul(self.chunks_down() as u64).saturating_mul(planes as u64);
+        let found = tiff.count(directory, offsets);
+        if found != expected {
+            return Err(wrong(format!("{found} strips or tiles where {expected} are needed")));
         }
+        let offsets = tiff.integers(directory, offsets, expected)?;
+        let mut counts = tiff.integers(directory, counts, expected)?;
         if counts.is_empty() && self.compression == Compression::None {
             // Old writers leave them out.
             counts = (0..offsets.len()).map(|i| self.chunk_bytes(i)).collect();
@@ -235,8 +242,8 @@ impl Page {
 
 /// The type of the samples; the error is one of the file's structure, or a reason.
 fn sample_type(tiff: &Tiff, directory: &Directory) -> Result<SampleType, Result<ReadErrorKind, String>> {
-    let bits = tiff.integers(directory, Tag::BitsPerSample).map_err(Ok)?;
-    let formats = tiff.integers(directory, Tag::SampleFormat).map_err(Ok)?;
+    let bits = tiff.integers(directory, Tag::BitsPerSample, MOST_COMPONENTS).map_err(Ok)?;
+    let formats = tiff.integers(directory, Tag::SampleFormat, MOST_COMPONENTS).map_err(Ok)?;
     let (bit, format) = (bits.first().copied().unwrap_or(1), formats.first().copied().unwrap_or(1));
     if bits.iter().any(|&b| b != bit) || formats.iter().any(|&f| f != format) {
         return Err(Err("samples of a pixel that differ in type are not read".into()));

@@ -1,0 +1,121 @@
+//! Volumes through the command: what is in them, and their isosurfaces.
+
+mod common;
+
+use common::{Place, Table, data};
+
+/// A ball of radius 9 in 24³ voxels, brighter inside, as bytes.
+fn ball() -> Vec<u8> {
+    let at = |i: usize| i as f64 - 11.5;
+    (0..24 * 24 * 24)
+        .map(|i| {
+            let (x, y, z) = (at(i % 24), at(i / 24 % 24), at(i / 576));
+            (128.0 + 12.0 * (9.0 - (x * x + y * y + z * z).sqrt())).clamp(0.0, 255.0) as u8
+        })
+        .collect()
+}
+
+fn nrrd(fields: &str) -> Vec<u8> {
+    let mut file =
+        format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 24 24\nencoding: raw\n{fields}\n\n")
+            .into_bytes();
+    file.extend(ball());
+    file
+}
+
+const PATIENT: &str = "space: right-anterior-superior\nspace directions: (-2,0,0) (0,-2,0) (0,0,2)\n\
+                       space origin: (100,50,-20)\nspace units: \"mm\" \"mm\" \"mm\"";
+
+#[test]
+fn info_tells_grid_place_and_values() {
+    let place = Place::new();
+    place.write("ball.nrrd", nrrd(PATIENT));
+    let words = place.run("info ball.nrrd").ok().stdout;
+    for part in ["24 x 24 x 24", "uint8", "2 x 2 x 2 mm", "LPS", "0 to 2", "histogram", "####"] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let value = place.run("info ball.nrrd --json").ok().json();
+    assert_eq!(value["dimensions"], serde_json::json!([24, 24, 24]));
+    assert_eq!(value["orientation"], "LPS");
+    assert_eq!(value["units"], "mm");
+    // The world is the patient's: left, posterior, superior.
+    assert_eq!(value["affine"][3], serde_json::json!([-100.0, -50.0, -20.0]));
+    let counts: Vec<u64> = serde_json::from_value(value["histogram"]["counts"].clone()).unwrap();
+    assert_eq!(counts.iter().sum::<u64>(), 24 * 24 * 24);
+}
+
+#[test]
+fn the_isosurface_of_a_ball_is_a_sphere() {
+    let place = Place::new();
+    place.write("ball.raw", ball());
+    place.run("render ball.raw --raw 24x24x24:u8:1,1,2 --iso 128 -o ball.csv --csv full --stipples 3000 --quiet").ok();
+    let t = Table::read(&place.text("ball.csv"));
+    let (x, y, z) = (t.numbers("x"), t.numbers("y"), t.numbers("z"));
+    let (nx, nz) = (t.numbers("nx"), t.numbers("nz"));
+    assert!(x.len() > 300);
+    for i in 0..x.len() {
+        let (x, y, z) = (x[i] - 11.5, y[i] - 11.5, z[i] / 2.0 - 11.5);
+        let r = (x * x + y * y + z * z).sqrt();
+        assert!((r - 9.0).abs() < 0.1, "{r}");
+        // An ellipsoid twice as long along z.
+        let n = [x, y, z / 2.0].map(|v| v / (x * x + y * y + z * z / 4.0).sqrt());
+        assert!((nx[i] - n[0]).abs() < 0.1 && (nz[i] - n[2]).abs() < 0.1);
+    }
+}
+
+#[test]
+fn volumes_ask_for_what_they_need() {
+    let place = Place::new();
+    place.write("ball.nrrd", nrrd("spacings: 1 1 1"));
+    place.write("ball.raw", ball());
+    place.run("render ball.nrrd -o x.png").failed(1, &["ball.nrrd", "values from", "--iso"]);
+    place.run("render ball.nrrd -o x.png --iso 300").failed(1, &["ball.nrrd", "no surface at 300"]);
+    place
+        .run("render ball.nrrd -o x.png --iso 128 --camera anterior")
+        .failed(2, &["anterior", "orientation"]);
+    place
+        .run("render ball.raw -o x.png --iso 128 --raw 24x24x25:u8")
+        .failed(1, &["ball.raw", "14400", "13824"]);
+    place.run("render ball.raw -o x.png --iso 128 --raw 24x24x24").failed(2, &["--raw"]);
+    assert_eq!(place.names(), ["ball.nrrd", "ball.raw"]);
+}
+
+#[test]
+fn a_patient_opens_at_the_anterior_view_and_left_is_the_patients() {
+    let place = Place::new();
+    place.write("p.nrrd", nrrd(PATIENT));
+    let draw = |options: &str| {
+        place.run(&format!("render p.nrrd --iso 128 -o p.csv --stipples 2000 --quiet {options}")).ok();
+        place.text("p.csv")
+    };
+    assert_eq!(draw(""), draw("--camera anterior"));
+    assert_eq!(draw("--camera 0,0 --up z"), draw("--camera anterior"));
+    assert_eq!(draw("--camera left"), draw("--camera 90,0"));
+    assert_ne!(draw("--camera left"), draw("--camera right"));
+    // A plate of it holds the view.
+    place
+        .run("render p.nrrd --iso 128 -o p.svg --stipples 2000 --camera superior --ortho --scale-bar auto")
+        .ok();
+    place.run("render p.svg -o again.svg").ok();
+    assert_eq!(place.text("p.svg"), place.text("again.svg"));
+}
+
+#[test]
+#[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
+fn five_containers_give_the_same_picture() {
+    let place = Place::new();
+    let volumes = data().join("volumes");
+    let mut pictures = Vec::new();
+    for name in ["headmr.mhd", "headmr_zlib.mha", "headmr.nrrd", "headmr.nii.gz", "headmr_stack.tif"] {
+        let input = volumes.join(name).display().to_string();
+        // The stack of images has no spacing and takes 1; the others 4 in every direction.
+        place
+            .run(&format!(
+                "render {input} --iso 40 -o h.csv --up z --camera 15,10 --size 400 --stipples 20000 --quiet"
+            ))
+            .ok();
+        let table = Table::read(&place.text("h.csv"));
+        pictures.push([table.words("id"), table.words("x_px"), table.words("y_px")].concat().join(" "));
+    }
+    assert!(pictures.iter().all(|p| *p == pictures[0]));
+}
