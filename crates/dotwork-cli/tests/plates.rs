@@ -16,7 +16,7 @@ fn place() -> Place {
 fn every_plate_is_drawn_again_to_the_byte() {
     let place = place();
     let scene = "in/box.obj demo:torus --style sepia --set gamma=1.3 --page 60x50mm --margin 4mm --ortho --seed 9 \
-                 --scale-bar 10mm --camera 33,12 --light=-20,50";
+                 --scale-bar 10mm --camera 33,12 --light=-20,50 --stipples 3000";
     for (out, options) in [
         ("svg", ""),
         ("svg", "--pens 0.2,0.4 --plot"),
@@ -24,7 +24,7 @@ fn every_plate_is_drawn_again_to_the_byte() {
         ("png", ""),
         ("png", "--bilevel --dpi 600"),
         ("tif", "--pens 0.3"),
-        ("tif", "--bilevel --stipples 4000"),
+        ("tif", "--bilevel"),
     ] {
         place.run(&format!("render {scene} -o plate.{out} {options} --quiet")).ok();
         // Pens, pages and stipples are settings; what a file is made into is said again.
@@ -121,7 +121,7 @@ fn scale_bars_hold_only_in_parallel_views() {
 #[test]
 fn a_plot_has_a_touch_for_each_dot_and_says_the_travel() {
     let place = place();
-    let scene = "render in/box.obj --page A6 --margin 8mm";
+    let scene = "render in/box.obj --page 50x40mm --margin 4mm --set dot_size=0.4mm";
     let said = place.run(&format!("{scene} -o plot.svg --plot --pens 0.2,0.35,0.5")).stdout;
     let lines: Vec<&str> = said.lines().collect();
     assert!(lines.iter().any(|l| l.contains("pen 0.2 mm")) && said.contains("in the air"), "{said}");
@@ -143,7 +143,7 @@ fn a_plot_has_a_touch_for_each_dot_and_says_the_travel() {
 #[test]
 fn pens_keep_the_ink() {
     let place = place();
-    let line = "render in/box.obj --page A6 --dpi 600 --style hard --set dot_size=0.3mm --csv full -o";
+    let line = "render in/box.obj --page 50x40mm --dpi 600 --style hard --set dot_size=0.3mm --csv full -o";
     place.run(&format!("{line} free.csv --quiet")).ok();
     place.run(&format!("{line} pens.csv --pens 0.1,0.2,0.3,0.6 --quiet")).ok();
     let ink = |name: &str| -> f64 {
@@ -166,13 +166,13 @@ fn pens_keep_the_ink() {
 #[test]
 fn killed_in_the_middle_the_old_file_is_whole() {
     let place = place();
-    let line = "in/box.obj --size 1500 --stipples 60000 --style engraving --quiet";
+    let line = "in/box.obj --size 900 --stipples 12000 --style engraving --quiet";
     for out in ["png", "svg", "pdf", "tif", "csv", "json", "dots"] {
         let command = if out == "dots" { "bake" } else { "render" };
         place.run(&format!("{command} {line} -o new.{out}")).ok();
         let new = place.read(&format!("new.{out}"));
         // However far it came: before, during or after the writing.
-        for delay_ms in [5, 40, 120, 200, 300, 450] {
+        for delay_ms in [10, 50, 100, 150] {
             let name = format!("old.{out}");
             place.write(&name, "the old file");
             let args = format!("{command} {line} -o {name}");

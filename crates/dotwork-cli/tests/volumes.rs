@@ -93,10 +93,8 @@ fn a_patient_opens_at_the_anterior_view_and_left_is_the_patients() {
     assert_eq!(draw("--camera left"), draw("--camera 90,0"));
     assert_ne!(draw("--camera left"), draw("--camera right"));
     // A plate of it holds the view.
-    place
-        .run("render p.nrrd --iso 128 -o p.svg --stipples 2000 --camera superior --ortho --scale-bar auto")
-        .ok();
-    place.run("render p.svg -o again.svg").ok();
+    place.draw("p.nrrd --iso 128 -o p.svg --stipples 2000 --camera superior --ortho --scale-bar auto");
+    place.draw("p.svg -o again.svg");
     assert_eq!(place.text("p.svg"), place.text("again.svg"));
 }
 
