@@ -55,8 +55,9 @@ fn bad_options_are_usage_errors() {
 fn unknown_formats_are_usage_errors_that_list_the_known_ones() {
     let place = Place::new();
     place.write("box.obj", box_obj([0.0; 3], [1.0; 3]));
-    for out in ["x.svg", "x.pdf", "x", "x.dots", "png"] {
-        place.run(&format!("render box.obj -o {out}")).failed(2, &[out, "png, csv, json"]);
+    for out in ["x.bmp", "x.eps", "x", "x.dots", "png"] {
+        let names = "png, svg, pdf, tif, csv, json";
+        place.run(&format!("render box.obj -o {out}")).failed(2, &[out, names]);
     }
     place.run("bake box.obj -o x.png").failed(2, &["x.png", ".dots"]);
     place.run("demo torus -o x.stl").failed(2, &["x.stl", ".ply or .obj"]);

@@ -32,6 +32,7 @@ mod bilevel;
 mod csv;
 mod error;
 mod json;
+mod opacity;
 mod pdf;
 mod pens;
 pub mod plot;
@@ -42,6 +43,7 @@ mod svg;
 mod testing;
 mod text;
 mod tiff;
+mod xml;
 
 pub use self::atomic::{check_writable, write_atomic};
 pub use self::bilevel::{Bilevel, bilevel};

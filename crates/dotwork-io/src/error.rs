@@ -22,7 +22,7 @@ pub enum ReadErrorKind {
     #[error("no such file")]
     Missing,
     /// The path is a directory.
-    #[error("is a directory (DICOM and TIFF series are not read yet)")]
+    #[error("is a directory without TIFF pages (series of other files are not read yet)")]
     Directory,
     /// The system refuses to open or read it.
     #[error("cannot be read: {0}")]

@@ -14,7 +14,7 @@ use std::ops::Range;
 use dotwork_drawing::{Color, Dots, Layer, Page, Strokes};
 
 use super::syntax::{integer, real};
-use crate::svg::opacity::opacity;
+use crate::opacity::opacity;
 
 /// Content is cut into streams of about this size, which are deflated side by side.
 const STREAM_BYTES: usize = 1 << 18;

@@ -3,7 +3,7 @@
 use dotwork_drawing::{Color, Image};
 use rayon::prelude::*;
 
-use crate::svg::opacity::encode as encoded;
+use crate::opacity::encode as encoded;
 
 /// An image as 8-bit samples.
 pub(super) struct Encoded {

@@ -7,7 +7,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use crate::svg::xml::{escaped, unescaped};
+use crate::xml::{escaped, unescaped};
 
 /// The property that holds the settings.
 const PROPERTY: &str = "dotwork:settings";

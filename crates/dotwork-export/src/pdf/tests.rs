@@ -209,7 +209,7 @@ fn dots_are_discs_of_their_area_in_their_place() {
                 assert!((place[1] - f64::from(dots.y[i])).abs() < 0.03);
                 let area = (width / (2.0 * f64::from(dots.radius[i]))).powi(2);
                 assert!((area - 1.0).abs() < 0.002, "{dpi}: {} becomes {width}", dots.radius[i]);
-                let wanted = crate::svg::opacity::opacity(dots.ink[i], layer.color, drawing.paper);
+                let wanted = crate::opacity::opacity(dots.ink[i], layer.color, drawing.paper);
                 // Half a step of 1/255 of strength is much opacity where ink is nearly full.
                 let room = 0.001 + 0.5 / 255.0 * 13.0 * f64::from(dots.ink[i]).powi(6) + 0.004;
                 assert!((opacity - f64::from(wanted)).abs() < room, "{} as {opacity}", dots.ink[i]);

@@ -9,8 +9,8 @@ use std::io::{self, Write};
 
 use dotwork_drawing::Dots;
 
-use super::opacity::opacity;
 use super::{OPACITY_STEPS, Sheet, Touch, write_opacity};
+use crate::opacity::opacity;
 use crate::text::TextWriter;
 
 /// Dots in one path. XML parsers refuse attributes over 10 MB, and editors redraw by element.

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use dotwork_drawing::{Color, Drawing, Image};
 
-use super::opacity::encode;
 use crate::base64::write_base64;
+use crate::opacity::encode;
 use crate::text::TextWriter;
 
 /// Steps of the table from linear light to sRGB: fine enough that no step of the darkest tones is skipped.

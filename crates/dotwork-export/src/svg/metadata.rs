@@ -4,7 +4,7 @@
 //! declarations, rename prefixes, indent and re-escape, so a small scanner reads tags, comments and CDATA sections and
 //! looks for that local name in a document that declares the namespace. Anything that is not so gives `None`.
 
-use super::xml::unescaped;
+use crate::xml::unescaped;
 
 /// The namespace of dotwork's own elements.
 pub(crate) const NAMESPACE: &str = "urn:dotwork:settings";

@@ -13,9 +13,7 @@
 mod dots;
 mod image;
 mod metadata;
-pub(crate) mod opacity;
 mod strokes;
-pub(crate) mod xml;
 
 use std::io::{self, Write};
 
@@ -24,9 +22,9 @@ use dotwork_drawing::{Color, Drawing, Layer};
 pub use self::metadata::svg_metadata;
 
 use self::metadata::{ELEMENT, NAMESPACE};
-use self::xml::escaped;
 use crate::SOFTWARE;
 use crate::text::TextWriter;
+use crate::xml::escaped;
 
 /// How a dot is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -9,8 +9,8 @@ use std::ops::Range;
 
 use dotwork_drawing::Strokes;
 
-use super::opacity::opacity;
 use super::{OPACITY_STEPS, Sheet, Touch, write_opacity};
+use crate::opacity::opacity;
 use crate::text::TextWriter;
 
 /// Widths within a run differ at most by this factor…

@@ -207,7 +207,7 @@ fn very_many_sizes_and_strengths_still_make_few_elements() {
     let (mut wanted, mut got) = (0.0, 0.0);
     let d = &drawing.layers[0].dots;
     for i in 0..d.len() {
-        let ink = f64::from(opacity::opacity(d.ink[i], Color::BLACK, Color::WHITE));
+        let ink = f64::from(crate::opacity::opacity(d.ink[i], Color::BLACK, Color::WHITE));
         wanted += (2.0 * f64::from(d.radius[i]) * mm_per_px).powi(2) * ink;
     }
     for dot in found {
@@ -303,7 +303,7 @@ fn a_stroke_that_fades() {
     assert!(paths.len() > 10);
     assert!(paths.windows(2).all(|p| p[1].1 < p[0].1 && p[0].2.last() == p[1].2.first()));
     assert!(paths.iter().all(|p| p.3 == (p.1 < 1.0)), "cut runs of partial strength have flat ends");
-    let opacity = f64::from(opacity::opacity(0.5, Color::BLACK, Color::WHITE));
+    let opacity = f64::from(crate::opacity::opacity(0.5, Color::BLACK, Color::WHITE));
     let paths = one_stroke(&[0.5; 3], &[0.5; 3]);
     assert!(paths.len() == 1 && !paths[0].3 && (paths[0].1 - opacity).abs() <= 0.0101);
 }

@@ -1,0 +1,4 @@
+//! Style files.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| dotwork_fuzz::style(data));
