@@ -116,6 +116,7 @@ fn bad_files_of_every_format_are_refused() {
         ("other.png", b"\x89PNG\r\n\x1a\n".to_vec(), &["settings"]),
         ("other.pdf", b"%PDF-1.7\n".to_vec(), &["settings"]),
         ("scan.dcm", [&[0; 128][..], b"DICM"].concat(), &["DICOM"]),
+        ("both.dcm", [&b"II*\0"[..], &[0; 124], b"DICM"].concat(), &["DICOM"]),
     ];
     for (name, content, parts) in cases {
         let place = Place::new();

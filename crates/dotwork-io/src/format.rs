@@ -263,6 +263,10 @@ fn foreign_content(bytes: &[u8]) -> Option<ReadErrorKind> {
         (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
         (b"\x1f\x8b", "gzip within gzip"),
     ];
+    // Before TIFF: a DICOM file may begin like one, so that both kinds of program open it.
+    if bytes.get(128..132) == Some(b"DICM") {
+        return Some(ReadErrorKind::NotReadYet(DICOM));
+    }
     let starts = |&&(magic, _): &&(&[u8], _)| bytes.starts_with(magic);
     if let Some((_, volume)) = VOLUMES.iter().find(starts) {
         return Some(ReadErrorKind::Volume(volume));
@@ -279,9 +283,6 @@ fn foreign_content(bytes: &[u8]) -> Option<ReadErrorKind> {
             ReadErrorKind::NotReadYet(VTK)
         });
     }
-    if bytes.get(128..132) == Some(b"DICM") {
-        return Some(ReadErrorKind::Volume(DICOM));
-    }
     let nifti = |at: usize| matches!(bytes.get(at..at + 3), Some(b"n+1" | b"ni1" | b"n+2" | b"ni2"));
     (nifti(344) || nifti(4)).then_some(ReadErrorKind::Volume(NIFTI))
 }
@@ -297,7 +298,7 @@ fn by_name(meant: &str, bytes: &[u8]) -> ReadErrorKind {
         "nrrd" | "nhdr" => ReadErrorKind::Volume("an NRRD volume"),
         "nii" | "hdr" | "img" => ReadErrorKind::Volume(NIFTI),
         "mhd" | "mha" => ReadErrorKind::Volume("a MetaImage volume"),
-        "dcm" => ReadErrorKind::Volume(DICOM),
+        "dcm" => ReadErrorKind::NotReadYet(DICOM),
         "tif" | "tiff" => ReadErrorKind::Volume(TIFF),
         "raw" => ReadErrorKind::Volume("a raw volume"),
         "fbx" => ReadErrorKind::NotReadYet("an FBX file"),

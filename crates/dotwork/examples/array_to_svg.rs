@@ -3,22 +3,18 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program, not a library")]
 
 use std::error::Error;
-use std::path::Path;
 
 use dotwork::volume::{IsoOptions, Unit};
-use dotwork::{Camera, Format, Object, Page, ScaleBar, Scene, Volume, Warnings, preset, write_drawing};
+use dotwork::{Format, Object, Page, ScaleBar, Scene, Volume, Warnings, preset, write_drawing};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let output = std::env::args().nth(1).ok_or("where to? array_to_svg OUT.svg")?;
-    // 64 x 64 x 64 values, x fastest, as numpy lays out an array of shape (z, y, x): Schoen's gyroid, within a ball.
-    let n = 64;
-    let at = |i: usize| (i as f32 - 31.5) / 31.5;
-    let gyroid = |[x, y, z]: [f32; 3]| x.sin() * y.cos() + y.sin() * z.cos() + z.sin() * x.cos();
-    let samples: Vec<f32> = (0..n * n * n)
-        .map(|i| [at(i % n), at(i / n % n), at(i / n / n)])
-        .map(|p| (0.6 - gyroid(p.map(|v| 7.0 * v)).abs()).min(0.9 - p.iter().map(|v| v * v).sum::<f32>()))
-        .collect();
-    let dots = array_to_svg(&samples, [n, n, n], [0.25, 0.25, 0.25], 0.0, Path::new(&output))?;
+    // 64 x 64 x 64 values, x fastest, as numpy lays out an array of shape (z, y, x): a tangle cube.
+    let term = |v: f32| 5.0 * v.powi(2) - v.powi(4);
+    let along = |i: usize| term(0.09 * (i as f32 - 31.5));
+    let samples: Vec<f32> =
+        (0..64 * 64 * 64).map(|i| along(i % 64) + along(i / 64 % 64) + along(i / 4096)).collect();
+    let dots = array_to_svg(&samples, [64; 3], [0.5; 3], 11.8, &output)?;
     println!("{output}: {dots} dots");
     Ok(())
 }
@@ -29,22 +25,22 @@ pub fn array_to_svg(
     dims: [usize; 3],
     spacing_mm: [f64; 3],
     iso: f64,
-    output: &Path,
+    output: &str,
 ) -> Result<usize, Box<dyn Error>> {
-    // What a step had to change or leave out comes as a warning; libraries print nothing.
+    // What a step changes or leaves out comes as a warning; libraries print nothing.
     let mut warnings = Warnings::new();
-    // Any of ten types will do: u8, i16, f64, …. The values are taken as they are.
+    // Any of ten types will do, u8 and f64 too. The values are taken as they are.
     let volume = Volume::from_slice(dims, spacing_mm, samples)?;
     // Values of `iso` and above are inside; `cap` closes the surface where it meets the border.
     let surface = volume.isosurface(iso, &IsoOptions { cap: true }, &mut warnings)?;
     let style = preset("soft").ok_or("no such preset")?;
-    let mut object = Object::new("gyroid", surface, style, &mut warnings)?;
-    // The array does not know its unit; the scale bar wants to.
+    let mut object = Object::new("array", surface, style, &mut warnings)?;
+    // An array knows no unit; the scale bar names one.
     object.world.unit = Unit::Millimetre;
     // A parallel view, 80 mm square at 300 dpi, with a bar of a round length.
     let mut scene = Scene::of(object);
     scene.page = Page::millimetres(80.0, 80.0, 300.0)?;
-    scene.camera = Camera { ortho: true, ..Camera::default() };
+    scene.camera.ortho = true;
     scene.scale_bar = Some(ScaleBar::default());
     // Drawing bakes first: as many stipples as this page needs.
     let drawing = scene.draw();

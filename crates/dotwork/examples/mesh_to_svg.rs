@@ -3,23 +3,20 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program, not a library")]
 
 use std::error::Error;
-use std::path::Path;
 
 use dotwork::{Format, Length, Object, Page, RawMesh, Scene, Warnings, preset, write_drawing};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let output = std::env::args().nth(1).ok_or("where to? mesh_to_svg OUT.svg")?;
-    // A torus, 96 x 48 vertices: the distance of the tube's axis is 2, its radius 0.8.
-    let (m, n) = (96, 48);
-    let angle = |k: u32, of: u32| std::f32::consts::TAU * k as f32 / of as f32;
-    let point = |(s, c): (f32, f32), (t, d): (f32, f32)| [(2.0 + 0.8 * d) * c, 0.8 * t, (2.0 + 0.8 * d) * s];
-    let positions: Vec<[f32; 3]> =
-        (0..m * n).map(|k| point(angle(k / n, m).sin_cos(), angle(k % n, n).sin_cos())).collect();
-    let corner = |i: u32, j: u32| (i % m) * n + j % n;
-    let quad = |i, j| [corner(i, j), corner(i, j + 1), corner(i + 1, j + 1), corner(i + 1, j)];
-    let triangles: Vec<[u32; 3]> =
-        (0..m * n).map(|k| quad(k / n, k % n)).flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let dots = mesh_to_svg(&positions, &triangles, Path::new(&output))?;
+    // A torus of 96 x 48 vertices, 2 and 0.8 its radii; each quadrilateral is two triangles.
+    let turn = |k: u32, of: u32| (std::f32::consts::TAU * k as f32 / of as f32).sin_cos();
+    let point = |(s, c), (t, d)| [(2.0 + 0.8 * d) * c, 0.8 * t, (2.0 + 0.8 * d) * s];
+    let positions: Vec<[f32; 3]> = (0..96 * 48).map(|k| point(turn(k / 48, 96), turn(k % 48, 48))).collect();
+    let vertex = |i: u32, j: u32| (i % 96) * 48 + j % 48;
+    let quad = |i, j| [vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)];
+    let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+    let triangles: Vec<[u32; 3]> = (0..96 * 48).flat_map(|k| halves(quad(k / 48, k % 48))).collect();
+    let dots = mesh_to_svg(&positions, &triangles, &output)?;
     println!("{output}: {dots} dots");
     Ok(())
 }
@@ -28,9 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn mesh_to_svg(
     positions: &[[f32; 3]],
     triangles: &[[u32; 3]],
-    output: &Path,
+    output: &str,
 ) -> Result<usize, Box<dyn Error>> {
-    // What was put in order on the way comes as a warning; libraries print nothing.
+    // What is put in order on the way comes as a warning; libraries print nothing.
     let mut warnings = Warnings::new();
     let raw = RawMesh { positions: positions.to_vec(), triangles: triangles.to_vec(), ..RawMesh::default() };
     // Every dot has the pen's diameter, so tone comes from their number alone.

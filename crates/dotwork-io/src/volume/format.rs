@@ -51,7 +51,10 @@ fn by_plain_content(head: &[u8]) -> Option<VolumeFormat> {
         head.get(at..at + 4)
             .is_some_and(|m| m[0] == b'n' && matches!(m[1], b'+' | b'i') && m[2..] == [version, 0])
     };
-    if head.starts_with(b"NRRD0") {
+    // DICOM files may begin like TIFF, so that both kinds of program open them.
+    if head.get(128..132) == Some(b"DICM") {
+        None
+    } else if head.starts_with(b"NRRD0") {
         Some(VolumeFormat::Nrrd)
     } else if nifti(344, b'1') || nifti(4, b'2') {
         Some(VolumeFormat::Nifti)
