@@ -159,8 +159,9 @@ pub struct BakeArgs {
 /// How inputs are read.
 #[derive(Args)]
 pub struct InputArgs {
-    /// the layout of a volume without a header: WxHxD:TYPE[:le|be][:SPACING],
-    /// for example 256x256x128:u8 or 64x64x93:u16:be:3.2,3.2,1.5
+    /// the layout of a volume without a header:
+    /// WxHxD:TYPE[:le|be][:SPACING][:header=BYTES], for example 256x256x128:u8 or
+    /// 64x64x93:u16:be:3.2,3.2,1.5
     #[arg(long, value_name = "LAYOUT", help_heading = "Input")]
     pub raw: Option<RawLayout>,
 
@@ -307,7 +308,8 @@ pub struct InfoArgs {
     /// anything that render draws
     pub input: PathBuf,
 
-    /// the layout of a volume without a header: WxHxD:TYPE[:le|be][:SPACING]
+    /// the layout of a volume without a header:
+    /// WxHxD:TYPE[:le|be][:SPACING][:header=BYTES]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawLayout>,
 
@@ -362,11 +364,15 @@ pub struct DemoArgs {
 Examples:
   dotwork bench
   dotwork bench bunny.ply dragon.ply.gz --size 1024 --threads 1
+  dotwork bench engine.nrrd --iso 60
   dotwork bench --json > bench.json")]
 pub struct BenchArgs {
-    /// meshes to measure with [default: demo:teapot demo:ribbon]
+    /// meshes and volumes to measure with [default: demo:teapot demo:ribbon]
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub input: InputArgs,
 
     /// stipples to bake for each input
     #[arg(long, value_name = "N", default_value_t = 144_000, value_parser = parse_stipple_count)]

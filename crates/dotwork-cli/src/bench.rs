@@ -1,10 +1,13 @@
-//! `dotwork bench`: how fast this machine loads, bakes and draws.
+//! `dotwork bench`: how fast this machine loads, bakes, draws and writes.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use dotwork::{Artist, Drawing, Loaded, Page, Raster, Rasterizer, Scene, Stipples, Style, Warnings, load};
+use dotwork::{
+    Artist, Drawing, Format, LoadOptions, Loaded, Page, Raster, Rasterizer, Scene, Stipples, Style, Warnings,
+    encode_drawing, load_with, prepare,
+};
 use serde_json::{Value, json};
 
 use crate::args::BenchArgs;
@@ -47,6 +50,8 @@ struct Measured {
     vertices: usize,
     triangles: usize,
     load: Cost,
+    /// The surface of a volume.
+    surface: Option<Cost>,
     clean: Cost,
     bake: Cost,
     stipples: usize,
@@ -60,7 +65,15 @@ struct Frames {
     first: [Cost; 2],
     /// Medians.
     next: [Cost; 2],
+    /// Writing the first frame: name, cost, bytes.
+    files: Vec<(&'static str, Cost, usize)>,
+    /// Ordering its marks for a plotter.
+    order: Cost,
 }
+
+/// The files that are written, to memory.
+const FILES: [(&str, Format); 4] =
+    [("png", Format::Png), ("svg", Format::Svg), ("pdf", Format::Pdf), ("tif", Format::Tiff)];
 
 /// Measures and prints.
 pub fn run(args: &BenchArgs, report: &mut Report) -> Result<(), Failure> {
@@ -69,28 +82,36 @@ pub fn run(args: &BenchArgs, report: &mut Report) -> Result<(), Failure> {
     let sizes = if args.size.is_empty() { vec![[512, 512], [1024, 1024]] } else { args.size.clone() };
     let mut measured = Vec::new();
     for input in inputs {
-        measured.push(measure(input, args.stipples, &sizes, report)?);
+        measured.push(measure(input, args, &sizes, report)?);
     }
     report::print(&if args.json { as_json(&measured, args) } else { as_table(&measured, args) })
 }
 
 fn measure(
     input: &Path,
-    stipples: usize,
+    args: &BenchArgs,
     sizes: &[[u32; 2]],
     report: &mut Report,
 ) -> Result<Measured, Failure> {
     let mut warnings = Warnings::new();
-    let (load, loaded) = Cost::of(|| load(input, &mut warnings));
-    let Loaded::Mesh(file) = loaded? else {
-        return Err(Failure::Run(format!(
-            "{}: is baked already; the benchmark starts from meshes",
-            input.display()
-        )));
+    let options = LoadOptions { raw: args.input.raw.clone() };
+    let (load, loaded) = Cost::of(|| load_with(input, &options, &mut warnings));
+    let (surface, file) = match loaded? {
+        Loaded::Mesh(file) => (None, *file),
+        volume @ Loaded::Volume(_) => {
+            let (cost, file) = Cost::of(|| volume.into_mesh(args.input.iso, &mut warnings));
+            (Some(cost), file?)
+        }
+        Loaded::Scene(_) | Loaded::Plate(_) => {
+            return Err(Failure::Run(format!(
+                "{}: is a whole scene; the benchmark starts from meshes and volumes",
+                input.display()
+            )));
+        }
     };
     let (clean, object) = Cost::of(|| file.into_object(Style::default(), &mut warnings));
     report.warn(Some(input), &warnings);
-    let mut scene = Scene { stipples: Stipples::Count(stipples), ..Scene::of(object?) };
+    let mut scene = Scene { stipples: Stipples::Count(args.stipples), ..Scene::of(object?) };
     let (bake, ()) = Cost::of(|| scene.bake(|_| ()));
     let mut frames = Vec::new();
     for &[width, height] in sizes {
@@ -103,6 +124,7 @@ fn measure(
         vertices: object.mesh.positions.len(),
         triangles: object.mesh.triangles.len(),
         load,
+        surface,
         clean,
         bake,
         stipples: object.stock.as_ref().map_or(0, |s| s.len()),
@@ -122,13 +144,26 @@ fn draw(scene: &Scene, size: [u32; 2]) -> Frames {
         (drawing.dot_count(), [select, pixels])
     };
     let (dots, first) = frame(&scene);
+    let (files, order) = write(&scene, Artist::new().draw(&scene));
     let mut next = [Vec::new(), Vec::new()];
     for _ in 0..FRAMES {
         scene.camera.azimuth += TURN;
         let (_, costs) = frame(&scene);
         next.iter_mut().zip(costs).for_each(|(all, cost)| all.push(cost));
     }
-    Frames { size, dots, first, next: next.map(median) }
+    Frames { size, dots, first, next: next.map(median), files, order }
+}
+
+/// Writes a drawing in each format.
+fn write(scene: &Scene, drawing: Drawing) -> (Vec<(&'static str, Cost, usize)>, Cost) {
+    let files = FILES.map(|(name, format)| {
+        let mut bytes = Vec::new();
+        // Memory refuses nothing.
+        let (cost, _) = Cost::of(|| encode_drawing(&mut bytes, format, &drawing, scene));
+        (name, cost, bytes.len())
+    });
+    let (order, _) = Cost::of(|| prepare(drawing, Format::SvgPlot, scene, &mut Warnings::new()));
+    (files.to_vec(), order)
 }
 
 fn median(costs: Vec<Cost>) -> Cost {
@@ -159,12 +194,16 @@ fn as_json(measured: &[Measured], args: &BenchArgs) -> String {
                     json!({
                         "width_px": f.size[0], "height_px": f.size[1], "dots": f.dots,
                         "first_frame": pair(f.first), "next_frame": pair(f.next),
+                        "files": f.files.iter().map(|(name, cost, bytes)| json!({
+                            "format": name, "write": cost.json(), "bytes": bytes,
+                        })).collect::<Vec<_>>(),
+                        "plot_order": f.order.json(),
                     })
                 })
                 .collect();
             json!({
                 "input": m.input, "vertices": m.vertices, "triangles": m.triangles,
-                "load": m.load.json(), "clean": m.clean.json(), "bake": m.bake.json(),
+                "load": m.load.json(), "isosurface": m.surface.map(Cost::json), "clean": m.clean.json(), "bake": m.bake.json(),
                 "stipples": m.stipples, "stipples_per_s": m.stipples as f64 / m.bake.wall,
                 "frames": frames,
             })
@@ -190,6 +229,9 @@ fn as_table(measured: &[Measured], args: &BenchArgs) -> String {
     row("vertices", &|m| grouped(m.vertices));
     row("triangles", &|m| grouped(m.triangles));
     row("load", &|m| m.load.words());
+    if measured.iter().any(|m| m.surface.is_some()) {
+        row("isosurface", &|m| m.surface.map_or(String::new(), Cost::words));
+    }
     row("clean", &|m| m.clean.words());
     row("bake", &|m| m.bake.words());
     row("  processor time", &|m| seconds(m.bake.cpu));
@@ -204,6 +246,14 @@ fn as_table(measured: &[Measured], args: &BenchArgs) -> String {
         row("  next frame, raster", &|m| m.frames[k].next[1].words());
         let both = |m: &Measured| m.frames[k].next[0].wall + m.frames[k].next[1].wall;
         row("  frames a second", &|m| format!("{:.0}", 1.0 / both(m).max(1e-9)));
+        for (i, (name, _)) in FILES.iter().enumerate() {
+            let size = |bytes: usize| format!("{:.2} MB", bytes as f64 / 1e6);
+            row(&format!("  write {name}"), &|m| {
+                let (_, cost, bytes) = m.frames[k].files[i];
+                format!("{}, {}", cost.words(), size(bytes))
+            });
+        }
+        row("  order for a plotter", &|m| m.frames[k].order.words());
     }
     let names = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let width = |c: usize| rows.iter().map(|(_, v)| v[c].chars().count()).max().unwrap_or(0);

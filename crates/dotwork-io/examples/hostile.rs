@@ -4,8 +4,8 @@
 //! cargo run --release -p dotwork-io --example hostile -- COUNT FOLDER
 //! ```
 //!
-//! Sources are the small files that the tests make and every readable file under FOLDER, the large ones with fewer
-//! mutants. The same arguments damage the same files in the same ways.
+//! Sources are the small files of the tests and every readable file under FOLDER. Every reader gets as many mutants,
+//! and of these a large file fewer than a small one. The same arguments damage the same files in the same ways.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "its result is a table")]
 
 #[path = "../tests/common/mod.rs"]
@@ -62,16 +62,21 @@ fn main() -> ExitCode {
     let folder = arguments.next().map_or_else(common::shared_data, PathBuf::from);
     let mut sources = made();
     found(&folder, &mut sources);
+    found(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")), &mut sources);
     sources.sort_by(|a, b| (&a.reader, &a.path).cmp(&(&b.reader, &b.path)));
     let weight = |source: &Source| 1.0 / (1.0 + source.size as f64 / HALF);
-    let total: f64 = sources.iter().map(weight).sum();
+    // As many for every reader, however many files it has.
+    let mut totals: BTreeMap<&str, f64> = BTreeMap::new();
+    for source in &sources {
+        *totals.entry(&source.reader).or_default() += weight(source);
+    }
 
     let current = Arc::new(Mutex::new((String::new(), Instant::now())));
     watch(Arc::clone(&current));
     let mut tallies: BTreeMap<&str, Tally> = BTreeMap::new();
     let (mut done, mut share) = (0, 0.0);
     for source in &sources {
-        share += weight(source) / total;
+        share += weight(source) / totals[source.reader.as_str()] / totals.len() as f64;
         let bytes = source.bytes.clone().or_else(|| std::fs::read(&source.path).ok()).unwrap_or_default();
         let tally = tallies.entry(&source.reader).or_default();
         forget_peak();

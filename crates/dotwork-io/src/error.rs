@@ -66,7 +66,7 @@ pub enum ReadErrorKind {
     #[error("{0}")]
     Refused(String),
     /// Another file, which this one names, cannot be read.
-    #[error("data file {}: {kind}", one_line(&file.to_string_lossy()))]
+    #[error("data file {}: {kind}", shortened(&file.to_string_lossy()))]
     DataFile {
         /// The other file.
         file: PathBuf,
@@ -120,6 +120,18 @@ impl fmt::Display for Place {
 /// Text with its control characters escaped, so that no file name breaks the one line of a message.
 pub(crate) fn one_line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+}
+
+/// One line of text that a file names another by: its beginning and its end, where it is longer than names are.
+pub(crate) fn shortened(text: &str) -> String {
+    const END: usize = 120;
+    let (mut rest, count) = (text.chars(), text.chars().count());
+    if count <= 2 * END {
+        return one_line(text);
+    }
+    let start: String = rest.by_ref().take(END).collect();
+    let end: String = rest.skip(count - 2 * END).collect();
+    format!("{}…{}", one_line(&start), one_line(&end))
 }
 
 /// A short, printable quotation of a file's content, for messages.

@@ -412,3 +412,25 @@ fn unknown_fields_and_a_missing_byte_order_are_said() {
     assert_eq!(fact(&file, "content"), Some("a test"));
     assert_eq!(fact(&file, "key"), Some("value\\n: more"));
 }
+
+/// Found by a hostile run: 420 kB of header that named itself as its data 60,000 times took 5.9 GB.
+#[test]
+fn a_header_that_names_itself_again_and_again_is_refused() {
+    let fields = "type: uchar\ndimension: 3\nsizes: 1024 1024 100\nencoding: raw\ndata file: LIST\n";
+    for names in ["d/../self.nhdr\n./self.nhdr\n", "slice\nslice\n"] {
+        let header = nrrd(&format!("{fields}{}", names.repeat(50)), b"");
+        let slice = vec![7; 1 << 20];
+        let others = [("d/../self.nhdr", &slice[..]), ("./self.nhdr", &slice[..]), ("slice", &slice[..])];
+        let message = refusal_among("self.nhdr", &header, &others);
+        assert!(message.contains("names the same files again and again"), "{message}");
+    }
+}
+
+/// Found by a hostile run: a pattern of 200 kB, written out for 100,000 numbers, took all memory.
+#[test]
+fn a_pattern_longer_than_a_name_is_refused() {
+    let pattern = format!("{}%d", "a".repeat(200_000));
+    let header = nrrd_int16(&format!("encoding: raw\ndata file: {pattern} 0 99999 1\n"), b"");
+    let message = refusal_among("a.nhdr", &header, &[]);
+    assert!(message.contains("is no file name with one number") && message.len() < 500, "{message}");
+}

@@ -320,7 +320,7 @@ fn raw_samples_must_fit() {
     }
     assert_eq!(
         refusal("a.raw", &[1, 2, 3]),
-        "a.raw: has no header: say how its 3 bytes lie, as in 256x256x128:u16:le"
+        "a.raw: has no header: say with --raw how its 3 bytes lie, as in --raw 256x256x128:u16:le"
     );
 }
 
@@ -341,4 +341,13 @@ fn gzip_around_any_format_and_what_is_no_volume() {
         assert!(refusal(name, bytes).contains("is no volume that dotwork reads"));
     }
     assert_eq!(refusal("a.nrrd", b""), "a.nrrd: the file is empty");
+}
+
+/// Found by a fuzzer: the message quoted a name of kilobytes in full.
+#[test]
+fn a_message_shortens_the_name_of_a_data_file() {
+    let name = "a".repeat(5000);
+    let header = format!("NDims = 3\nDimSize = 2 3 4\nElementType = MET_SHORT\nElementDataFile = {name}\n");
+    let message = refusal_among("x.mhd", header.as_bytes(), &[]);
+    assert!(message.ends_with("aaa: no such file") && message.len() < 400, "{message}");
 }

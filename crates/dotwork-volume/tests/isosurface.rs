@@ -362,3 +362,14 @@ fn refusals_say_why() {
     let empty = Volume::from_slice([2, 2, 2], [1.0; 3], &[f32::NAN; 8]).unwrap();
     assert_eq!(surface(&empty, 0.5, true), Err(IsoError::NoValues));
 }
+
+/// Found by a fuzzer: with steps of 2e52, vertices were infinite.
+#[test]
+fn a_volume_wider_than_single_precision_has_no_surface() {
+    let samples = [0u8, 1, 0, 1, 0, 1, 0, 1];
+    let volume = |step: f64| Volume::from_slice([2, 2, 2], [step, 2.0, 3.0], &samples).unwrap();
+    let error = volume(2e52).isosurface(0.5, &IsoOptions { cap: true }, &mut Warnings::new()).unwrap_err();
+    assert_eq!(error, IsoError::TooWide { extent: 2e52 });
+    let wide = iso_capped(&volume(8e37), 0.5);
+    assert!(wide.positions.as_flattened().iter().all(|v| v.is_finite()));
+}

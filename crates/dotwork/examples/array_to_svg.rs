@@ -5,7 +5,7 @@
 use std::error::Error;
 
 use dotwork::volume::{IsoOptions, Unit};
-use dotwork::{Format, Object, Page, ScaleBar, Scene, Volume, Warnings, preset, write_drawing};
+use dotwork::{Format, Object, Page, ScaleBar, Scene, Style, Volume, Warnings, write_drawing};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let output = std::env::args().nth(1).ok_or("where to? array_to_svg OUT.svg")?;
@@ -33,8 +33,7 @@ pub fn array_to_svg(
     let volume = Volume::from_slice(dims, spacing_mm, samples)?;
     // Values of `iso` and above are inside; `cap` closes the surface where it meets the border.
     let surface = volume.isosurface(iso, &IsoOptions { cap: true }, &mut warnings)?;
-    let style = preset("soft").ok_or("no such preset")?;
-    let mut object = Object::new("array", surface, style, &mut warnings)?;
+    let mut object = Object::new("array", surface, Style::default(), &mut warnings)?;
     // An array knows no unit; the scale bar names one.
     object.world.unit = Unit::Millimetre;
     // A parallel view, 80 mm square at 300 dpi, with a bar of a round length.

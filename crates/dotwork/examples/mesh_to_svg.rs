@@ -35,7 +35,7 @@ pub fn mesh_to_svg(
     style.use_pen(Length::mm(0.25));
     let mut scene = Scene::of(Object::new("torus", raw, style, &mut warnings)?);
     // The margin is in pixels of the page, like everything that is drawn.
-    scene.page = Page::millimetres(148.0, 210.0, 600.0)?;
+    scene.page = Page::millimetres(148.0, 210.0, 300.0)?;
     scene.page.margin_px = Length::mm(10.0).to_px(&scene.page);
     scene.camera.set_direction("20,35")?;
     let drawing = scene.draw();

@@ -40,7 +40,7 @@
 //! and for tables.
 //!
 //! ```text
-//! open ──▶ Scene ──bake──▶ stipples ──Artist::draw──▶ Drawing ──write_drawing──▶ png, csv, json
+//! open ──▶ Scene ──bake──▶ stipples ──Artist::draw──▶ Drawing ──write_drawing──▶ svg, pdf, png, …
 //! ```
 //!
 //! # Where things are
@@ -55,7 +55,9 @@
 //!
 //! # Features
 //!
-//! * `files` (default): reads meshes, `.dots` and style files; writes PNG, CSV and JSON.
+//! * `files` (default): reads `.dots` files, style files, plates and raw volumes; writes SVG, PDF, PNG, TIFF, CSV and JSON.
+//! * `formats` (default): every input format; each is a feature of its own: `ply`, `obj`, `stl`, `off`, `gltf`, `nrrd`,
+//!   `bzip2`, `nifti`, `metaimage`, `vtk`, `tiff`.
 
 mod artist;
 #[cfg(feature = "files")]

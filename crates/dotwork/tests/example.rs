@@ -35,7 +35,9 @@ fn array_to_svg_draws_the_surface_of_an_array_with_its_scale() {
         array_to_svg::array_to_svg(&samples, [24; 3], [0.5; 3], -8.0, plate.to_str().unwrap()).unwrap();
     let text = std::fs::read_to_string(&plate).unwrap();
     assert!(dots > 1000);
-    assert_eq!(touches(&text, "h0"), dots);
+    // All but those that are less than a micrometre wide at the rim.
+    let drawn = touches(&text, "h0");
+    assert!(drawn <= dots && 1000 * drawn > 999 * dots, "{drawn} of {dots}");
     assert!(text.contains("inkscape:label=\"scale bar") && text.contains("class=\"annotation\""));
     // The settings are those of the scene.
     let Loaded::Plate(plate) = load(&plate, &mut Warnings::new()).unwrap() else { panic!("no plate") };

@@ -158,13 +158,13 @@ fn settings_rows(scene: &Scene) -> Vec<(&'static str, String)> {
         (
             "page",
             format!(
-                "{} x {} px at {} dpi ({} x {} mm), margin {} px",
+                "{} x {} px at {} dpi ({} x {} mm), margin {} mm",
                 page.width,
                 page.height,
                 page.dpi,
                 mm(page.width),
                 mm(page.height),
-                page.margin_px
+                (100.0 * page.margin_px * page.mm_per_px()).round() / 100.0
             ),
         ),
         (

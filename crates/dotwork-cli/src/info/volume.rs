@@ -135,7 +135,7 @@ fn bars(histogram: &Histogram, whole: bool) -> String {
     let top = histogram.counts.iter().max().map_or(1.0, |&n| (1.0 + n as f64).ln());
     let edge = |k: usize| histogram.min + k as f64 * histogram.width();
     let edges: Vec<String> = (0..histogram.counts.len())
-        .map(|k| if whole { edge(k).ceil().to_string() } else { number(edge(k)) })
+        .map(|k| if whole { (edge(k).ceil() + 0.0).to_string() } else { number(edge(k)) })
         .collect();
     let width = edges.iter().map(String::len).max().unwrap_or(0);
     let mut text = String::new();

@@ -1,9 +1,14 @@
 //! The files that make one volume: the named one and those it names.
 
-use std::path::{Path, PathBuf};
+use std::collections::HashSet;
+use std::path::{Component, Path, PathBuf};
 
 use crate::checksum::Checksum;
-use crate::error::{ReadError, ReadErrorKind};
+use crate::error::{ReadError, ReadErrorKind, shortened};
+
+/// Bytes that are read from files that were read before. Nobody packs a volume by naming a slice again and again,
+/// but a header of a few hundred kilobytes could make one of many gigabytes that way, of itself even.
+const MOST_REPEATED: u64 = 64 << 20;
 
 /// Gives the bytes of a file beside the named one.
 pub(crate) type Sibling<'a> = dyn FnMut(&Path) -> Result<Vec<u8>, ReadError> + 'a;
@@ -14,11 +19,15 @@ pub(crate) struct Files<'a> {
     pub(crate) name: &'a Path,
     sibling: &'a mut Sibling<'a>,
     sum: Checksum,
+    /// The files that were read, each spelled in one way.
+    seen: HashSet<PathBuf>,
+    /// Bytes of files that were read before.
+    repeated: u64,
 }
 
 impl<'a> Files<'a> {
     pub(crate) fn new(name: &'a Path, sibling: &'a mut Sibling<'a>) -> Self {
-        Files { name, sibling, sum: Checksum::new() }
+        Files { name, sibling, sum: Checksum::new(), seen: HashSet::from([plain(name)]), repeated: 0 }
     }
 
     /// Counts `bytes` as read.
@@ -40,9 +49,33 @@ impl<'a> Files<'a> {
     pub(crate) fn open(&mut self, path: &Path) -> Result<Vec<u8>, ReadErrorKind> {
         let bytes = (self.sibling)(path)
             .map_err(|e| ReadErrorKind::DataFile { file: e.path, kind: Box::new(e.kind) })?;
+        if !self.seen.insert(plain(path)) {
+            self.repeated += bytes.len() as u64;
+            if self.repeated > MOST_REPEATED {
+                return Err(ReadErrorKind::TooLarge(format!(
+                    "names the same files again and again ({})",
+                    shortened(&path.to_string_lossy())
+                )));
+            }
+        }
         self.count(&bytes);
         Ok(bytes)
     }
+}
+
+/// A path without `.` and `..`, as far as its text tells.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(plain.components().next_back(), Some(Component::Normal(_))) => {
+                plain.pop();
+            }
+            other => plain.push(other),
+        }
+    }
+    plain
 }
 
 /// Names the file in which an error lies.
@@ -55,8 +88,8 @@ pub(crate) fn in_file<T>(path: &Path, result: Result<T, ReadErrorKind>) -> Resul
 pub(crate) fn listing(names: &[String]) -> String {
     match names {
         [] => String::new(),
-        [one] => one.clone(),
-        [first, .., last] => format!("{}: {first} to {last}", names.len()),
+        [one] => shortened(one),
+        [first, .., last] => format!("{}: {} to {}", names.len(), shortened(first), shortened(last)),
     }
 }
 
@@ -64,13 +97,20 @@ pub(crate) fn listing(names: &[String]) -> String {
 #[cfg(any(feature = "nrrd", feature = "metaimage"))]
 const MOST_FILES: u64 = 100_000;
 
+/// The longest pattern: as long as names of files may be, for it is written out for every number.
+#[cfg(any(feature = "nrrd", feature = "metaimage"))]
+const LONGEST_PATTERN: usize = 255;
+
 /// File names by a pattern as of C's `printf` ("slice%03d.raw") for the numbers from `first` to `last` by `step`.
 ///
 /// # Errors
 /// A pattern without exactly one integer conversion, or numbers that do not count; the text says what.
 #[cfg(any(feature = "nrrd", feature = "metaimage"))]
 pub(crate) fn numbered(pattern: &str, first: i64, last: i64, step: i64) -> Result<Vec<String>, String> {
-    let wrong = || format!("'{pattern}' is no file name with one number, as in 'slice%03d.raw'");
+    let wrong = || format!("'{}' is no file name with one number, as in 'slice%03d.raw'", shortened(pattern));
+    if pattern.len() > LONGEST_PATTERN {
+        return Err(wrong());
+    }
     let (before, rest) = pattern.split_once('%').ok_or_else(wrong)?;
     let end = rest.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
     let (width, after) = rest.split_at(end);
@@ -114,5 +154,21 @@ mod tests {
         ] {
             assert!(numbered(pattern, first, last, step).is_err(), "{pattern} {first} {last} {step}");
         }
+    }
+
+    #[test]
+    fn a_long_pattern_is_not_written_out_for_every_number() {
+        let long = format!("{}%d", "a".repeat(200_000));
+        let error = numbered(&long, 0, 99_999, 1).unwrap_err();
+        assert!(error.contains("aaa…aaa") && error.len() < 400, "{error}");
+    }
+
+    #[test]
+    fn paths_are_compared_however_they_are_spelled() {
+        for path in ["a/b", "./a/b", "a//b/", "a/./b", "a/c/../b", "c/../a/b"] {
+            assert_eq!(plain(Path::new(path)), Path::new("a/b"), "{path}");
+        }
+        assert_eq!(plain(Path::new("../../a")), Path::new("../../a"));
+        assert_eq!(plain(Path::new("/a/../../b")), Path::new("/../b"));
     }
 }

@@ -258,7 +258,8 @@ fn data(value: &str, rest: &[u8]) -> Result<Data, String> {
             Ok(Data::Files { names, axes: axes(parts.get(1))? })
         }
         [pattern, first, last, step] if pattern.contains('%') => {
-            let number = |t: &str| t.parse().map_err(|_| format!("'{t}' is no number of a file"));
+            let number =
+                |t: &str| t.parse().map_err(|_| format!("{} is no number of a file", quote(t.as_bytes())));
             let names = numbered(pattern, number(first)?, number(last)?, number(step)?)?;
             Ok(Data::Files { names, axes: None })
         }

@@ -202,7 +202,7 @@ fn read(
             tiff::read(&unpacked(bytes, warnings)?, warnings)
         }
         Some(VolumeFormat::Raw) => Err(ReadErrorKind::Refused(format!(
-            "has no header: say how its {} bytes lie, as in 256x256x128:u16:le",
+            "has no header: say with --raw how its {} bytes lie, as in --raw 256x256x128:u16:le",
             bytes.len()
         ))),
         None => Err(unknown(bytes)),

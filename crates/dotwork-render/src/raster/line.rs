@@ -125,7 +125,7 @@ impl Segment {
         let Segment { a, b, ra, rb } = *self;
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let length = dx.hypot(dy);
-        if !(length > (ra - rb).abs()) {
+        if length <= (ra - rb).abs() {
             return None;
         }
         // Both discs touch the tangent where their normal n has n · d = (ra − rb) / length.

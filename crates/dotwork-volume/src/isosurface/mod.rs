@@ -70,6 +70,14 @@ pub enum IsoError {
         /// Voxels along x, y and z.
         dims: [usize; 3],
     },
+    /// Coordinates of vertices are in single precision.
+    #[error(
+        "no surface: the volume measures {extent:e} units across, and numbers of 32 bits do not reach so far"
+    )]
+    TooWide {
+        /// The longest side of the box around the voxel centres, world units.
+        extent: f64,
+    },
     /// More triangles than 32-bit numbers can index.
     #[error("the surface at {iso} has too many triangles; try another value or a smaller volume")]
     TooLarge {
@@ -109,6 +117,12 @@ impl Volume {
         };
         if !iso.is_finite() {
             return Err(none());
+        }
+        let [min, max] = self.bounds();
+        // No vertex lies farther from the origin than twice that, whichever origin is taken.
+        let extent = (max - min).max_element();
+        if extent.is_nan() || extent > f64::from(f32::MAX) / 4.0 {
+            return Err(IsoError::TooWide { extent });
         }
         let extracted = with_samples!(self.samples(), samples => extract(self, samples, iso, options.cap));
         let (mesh, nans) = extracted.ok_or(IsoError::TooLarge { iso })?;

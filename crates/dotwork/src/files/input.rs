@@ -17,7 +17,7 @@ use crate::scene::{Object, Scene, Source, World};
 /// What an input holds.
 pub enum Loaded {
     /// A mesh, not yet put in order.
-    Mesh(MeshFile),
+    Mesh(Box<MeshFile>),
     /// A volume.
     Volume(Box<VolumeInput>),
     /// The complete scene of a `.dots` file, baked.
@@ -142,7 +142,7 @@ pub fn load_with(
     let path = input.as_ref();
     let input = path.to_string_lossy().into_owned();
     if let Some(name) = input.strip_prefix("demo:") {
-        return demo(name, &input).map(Loaded::Mesh);
+        return demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh)));
     }
     if options.raw.is_some() || path.is_dir() {
         return volume(path, options, warnings);
@@ -166,7 +166,7 @@ pub fn load_with(
     let checksum = Some(dotwork_io::checksum(&bytes));
     let source = Source { file: input.clone(), checksum, ..Source::default() };
     let (name, world) = (object_name(path), World::default());
-    Ok(Loaded::Mesh(MeshFile { name, input, format, source, world, up, raw }))
+    Ok(Loaded::Mesh(Box::new(MeshFile { name, input, format, source, world, up, raw })))
 }
 
 fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
@@ -239,7 +239,7 @@ impl Loaded {
     /// A volume without a value for its surface, or one that it does not have; a whole scene.
     pub fn into_mesh(self, iso: Option<f64>, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
         match self {
-            Loaded::Mesh(mesh) => Ok(mesh),
+            Loaded::Mesh(mesh) => Ok(*mesh),
             Loaded::Volume(volume) => match iso {
                 Some(iso) => volume.surface(iso, warnings),
                 None => Err(volume.needs_iso()),
