@@ -16,7 +16,7 @@ use dotwork::volume::IsoOptions;
 use dotwork::{Loaded, Mesh, RawMesh, Warnings, load};
 
 /// Voxels up to which the surface of a volume is made too.
-const SMALL: usize = 1 << 16;
+const SMALL: usize = 1 << 13;
 
 /// Reads a mesh if its format begins with `format`, and puts it in order.
 pub fn mesh(name: &str, format: &str, data: &[u8]) {

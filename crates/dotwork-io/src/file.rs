@@ -8,6 +8,7 @@ use std::path::Path;
 use dotwork_drawing::Warnings;
 use dotwork_mesh::RawMesh;
 
+use crate::checksum::Checksum;
 use crate::error::{ReadError, ReadErrorKind};
 use crate::format::{MeshFormat, Sniffed, sniff};
 use crate::gzip;
@@ -69,10 +70,32 @@ pub fn read_mesh(path: &Path, warnings: &mut Warnings) -> Result<RawMesh, ReadEr
 /// # Errors
 /// As [`read_mesh`].
 pub fn read_mesh_bytes(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, ReadError> {
-    parse(name, bytes, warnings).map_err(|kind| ReadError { path: name.to_path_buf(), kind })
+    read_mesh_checked(name, bytes, warnings).map(|(mesh, _)| mesh)
 }
 
-fn parse(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, ReadErrorKind> {
+/// As [`read_mesh_bytes`], with the checksum of all the files that the mesh is made from: [`checksum`](crate::checksum)
+/// of `bytes` alone, unless it is glTF with buffers in files of their own.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_mesh_checked(
+    name: &Path,
+    bytes: &[u8],
+    warnings: &mut Warnings,
+) -> Result<(RawMesh, u64), ReadError> {
+    let mut sum = Checksum::new();
+    sum.update(bytes);
+    let mesh = parse(name, bytes, &mut sum, warnings)
+        .map_err(|kind| ReadError { path: name.to_path_buf(), kind })?;
+    Ok((mesh, sum.finish()))
+}
+
+fn parse(
+    name: &Path,
+    bytes: &[u8],
+    sum: &mut Checksum,
+    warnings: &mut Warnings,
+) -> Result<RawMesh, ReadErrorKind> {
     if bytes.is_empty() {
         return Err(ReadErrorKind::Empty);
     }
@@ -82,7 +105,7 @@ fn parse(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, 
         Cow::Borrowed(bytes)
     };
     match sniff(name, &bytes, true) {
-        Sniffed::Mesh(format) => read_format(format, name, &bytes, warnings),
+        Sniffed::Mesh(format) => read_format(format, name, &bytes, sum, warnings),
         Sniffed::Other(error) => Err(error),
         Sniffed::Undecided => Err(ReadErrorKind::NoFaces),
     }
@@ -110,6 +133,7 @@ fn read_format(
     format: MeshFormat,
     name: &Path,
     bytes: &[u8],
+    sum: &mut Checksum,
     warnings: &mut Warnings,
 ) -> Result<RawMesh, ReadErrorKind> {
     match format {
@@ -122,7 +146,7 @@ fn read_format(
         #[cfg(feature = "off")]
         MeshFormat::Off => crate::off::read(bytes, warnings),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, warnings),
+        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, sum, warnings),
         #[allow(unreachable_patterns, reason = "with every feature on")]
         _ => Err(ReadErrorKind::NotReadYet(match format {
             MeshFormat::Ply => "a PLY file",

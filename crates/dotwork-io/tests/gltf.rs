@@ -571,3 +571,23 @@ fn every_animated_file_of_the_shared_data_is_listed_above() {
         }
     }
 }
+
+#[test]
+fn the_checksum_holds_the_buffers_beside_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"byteLength":36,"uri":"b.bin"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]}"#;
+    let corners = |z: f32| -> Vec<u8> {
+        [0.0, 0.0, z, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v: &f32| v.to_le_bytes()).collect()
+    };
+    let read = |z: f32| {
+        std::fs::write(folder.path().join("b.bin"), corners(z)).unwrap();
+        let name = folder.path().join("a.gltf");
+        dotwork_io::read_mesh_checked(&name, json, &mut Warnings::new()).unwrap().1
+    };
+    let first = read(0.0);
+    assert_eq!(first, dotwork_io::checksum(&[&json[..], &corners(0.0)].concat()));
+    assert_ne!(first, read(0.5));
+}

@@ -434,3 +434,29 @@ fn a_pattern_longer_than_a_name_is_refused() {
     let message = refusal_among("a.nhdr", &header, &[]);
     assert!(message.contains("is no file name with one number") && message.len() < 500, "{message}");
 }
+
+/// Found by hostile runs: 9 kB of bzip2 that unpack to 10 GB were counted for minutes, or filled as much memory.
+#[test]
+fn bzip2_data_that_unpack_to_gigabytes_are_refused() {
+    let part = bzip2(&vec![0; 10 << 20]);
+    let huge = part.repeat(15);
+    let header =
+        |z, more| format!("type: uchar\ndimension: 3\nsizes: 1024 1024 {z}\nencoding: bzip2\n{SPACED}{more}");
+    let message = refusal("a.nrrd", &nrrd(&header(150, ""), &huge));
+    assert!(message.contains("bzip2 data: the header declares more than 128 MiB"), "{message}");
+    let message = refusal("a.nrrd", &nrrd(&header(1, "byte skip: -1\n"), &huge));
+    assert!(message.contains("bzip2 data: they unpack to more than 128 MiB"), "{message}");
+    let (file, _) = read("a.nrrd", &nrrd(&header(20, ""), &part.repeat(2)));
+    assert_eq!(file.volume.samples().len(), 20 << 20);
+}
+
+/// Found by a hostile run: every empty stream of bzip2 costs megabytes of tables.
+#[test]
+fn thousands_of_empty_bzip2_streams_are_refused() {
+    let data = [bzip2(b"").repeat(5000), bzip2(&int16(false))].concat();
+    let fields = format!("encoding: bzip2\n{SPACED}");
+    let message = refusal("a.nrrd", &nrrd_int16(&fields, &data));
+    assert!(message.contains("thousands of streams"), "{message}");
+    let data = [bzip2(b""), bzip2(&int16(false)), bzip2(b"")].concat();
+    assert_eq!(numbers(&read("a.nrrd", &nrrd_int16(&fields, &data)).0), counting());
+}

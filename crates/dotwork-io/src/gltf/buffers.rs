@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::json::{Buffer, Json};
+use crate::checksum::Checksum;
 use crate::error::{ReadErrorKind, quote};
 
 /// The buffers of a document.
@@ -59,6 +60,14 @@ impl<'a> Buffers<'a> {
     /// Bytes read from files beside the document so far.
     pub(super) fn bytes_read(&self) -> u64 {
         self.files.borrow().values().map(|file| file.len() as u64).sum()
+    }
+
+    /// Adds the files read so far, in the order of their names.
+    pub(super) fn add_to(&self, sum: &mut Checksum) {
+        let files = self.files.borrow();
+        let mut files: Vec<_> = files.iter().collect();
+        files.sort_by_key(|(name, _)| *name);
+        files.iter().for_each(|(_, content)| sum.update(content));
     }
 
     fn fetch(&self, buffer: &Buffer, index: usize) -> Result<Content<'a>, String> {

@@ -29,16 +29,24 @@ use std::path::Path;
 use dotwork_drawing::Warnings;
 use dotwork_mesh::RawMesh;
 
+use crate::checksum::Checksum;
 use crate::error::ReadErrorKind;
 use buffers::Buffers;
 use json::Json;
 use nodes::{Pose, Tree};
 
-/// Reads a glTF file of either form; buffers that are files are looked for in the folder of `name`.
-pub(crate) fn read(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<RawMesh, ReadErrorKind> {
+/// Reads a glTF file of either form; buffers that are files are looked for in the folder of `name` and added to `sum`.
+pub(crate) fn read(
+    name: &Path,
+    bytes: &[u8],
+    sum: &mut Checksum,
+    warnings: &mut Warnings,
+) -> Result<RawMesh, ReadErrorKind> {
     let document = Document::parse(name, bytes, warnings)?;
     let pose = Pose::rest(&document.json, &document.tree);
-    geometry::draw(&document, &pose, warnings)
+    let mesh = geometry::draw(&document, &pose, warnings)?;
+    document.buffers.add_to(sum);
+    Ok(mesh)
 }
 
 /// A glTF file, parsed: everything that does not change with time.

@@ -74,18 +74,24 @@ pub(crate) fn pour(
         Skip::ToLast => {
             let there = match stream.plain() {
                 Some(rest) => rest.len() as u64,
-                None => stream.again().skip(u64::MAX)?,
+                None => {
+                    let believed = stream.again().believed();
+                    let there = stream.again().skip(believed.saturating_add(1))?;
+                    if there > believed {
+                        return Err(unbelieved(&stream, "they unpack to more than"));
+                    }
+                    there
+                }
             };
             there
                 .checked_sub(part.declared)
                 .ok_or_else(|| short(fill, &stream, offset, there, part.declared))?
         }
     };
-    if let Some(most) = stream.most()
-        && skip.checked_add(part.wanted).is_none_or(|end| end > most)
-    {
+    if skip.checked_add(part.wanted).is_none_or(|end| end > stream.believed()) {
         return Err(match stream.plain() {
             Some(rest) => short(fill, &stream, offset, (rest.len() as u64).saturating_sub(skip), part.wanted),
+            None if stream.most().is_none() => unbelieved(&stream, "the header declares more than"),
             None => ReadErrorKind::TooLarge(format!(
                 "declares {} bytes of samples, more than its {} data can unpack to",
                 part.wanted,
@@ -106,6 +112,15 @@ pub(crate) fn pour(
         return Err(short(fill, &stream, offset, taken as u64, part.wanted));
     }
     check_end(stream, part, warnings)
+}
+
+/// The refusal of packed data that may hold what is asked for, as hostile files do and real ones hardly ever.
+fn unbelieved(stream: &Stream, what: &str) -> ReadErrorKind {
+    ReadErrorKind::TooLarge(format!(
+        "{} data: {what} {} MiB, many times their size; if that is meant, unpack them first",
+        stream.packing.name(),
+        stream.again().believed() >> 20
+    ))
 }
 
 fn check_end(mut stream: Stream, part: Part, warnings: &mut Warnings) -> Result<(), ReadErrorKind> {

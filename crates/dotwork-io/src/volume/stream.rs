@@ -10,6 +10,19 @@ use crate::gzip::{DEFLATE_RATIO, is_gzip};
 /// What a deflate stream may hold beyond [`DEFLATE_RATIO`] times its size: the last, partly used bytes.
 const DEFLATE_SLACK: u64 = 1024;
 
+/// How often bzip2 data are believed to hold their size, beyond [`BZIP2_BELIEVED`]. The method can do a million
+/// times; a label map reaches thousands.
+#[cfg(feature = "bzip2")]
+const BZIP2_RATIO: u64 = 10_000;
+
+/// What bzip2 data of any size are believed to hold.
+#[cfg(feature = "bzip2")]
+const BZIP2_BELIEVED: u64 = 128 << 20;
+
+/// Streams of fewer bytes than this are allowed by the thousand: each costs megabytes of tables to begin.
+#[cfg(feature = "bzip2")]
+const BZIP2_STREAM: u64 = 1024;
+
 /// How data are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Packing {
@@ -44,13 +57,53 @@ impl Packing {
     }
 }
 
+impl Packing {
+    /// How many bytes `packed` bytes are believed to unpack to: [`Packing::most`], or less than a hostile file could.
+    fn believed(self, packed: usize) -> u64 {
+        match self {
+            #[cfg(feature = "bzip2")]
+            Packing::Bzip2 => (packed as u64).saturating_mul(BZIP2_RATIO).max(BZIP2_BELIEVED),
+            packing => packing.most(packed).unwrap_or(u64::MAX),
+        }
+    }
+}
+
 enum Inner<'a> {
     Plain(&'a [u8]),
     Gzip(Box<GzDecoder<&'a [u8]>>),
     Zlib(Box<ZlibDecoder<&'a [u8]>>),
     #[cfg(feature = "bzip2")]
-    Bzip2(Box<bzip2::bufread::MultiBzDecoder<&'a [u8]>>),
+    Bzip2(Box<Bzip2<'a>>),
     Ended,
+}
+
+/// One stream of bzip2 data after the other.
+#[cfg(feature = "bzip2")]
+struct Bzip2<'a> {
+    decoder: bzip2::bufread::BzDecoder<&'a [u8]>,
+    /// Streams that ended.
+    streams: u64,
+    /// Bytes given so far.
+    given: u64,
+}
+
+#[cfg(feature = "bzip2")]
+impl Bzip2<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let n = self.decoder.read(into)?;
+            self.given += n as u64;
+            let rest = *self.decoder.get_ref();
+            if n > 0 || !rest.starts_with(b"BZh") {
+                return Ok(n);
+            }
+            self.streams += 1;
+            if self.streams > 1000 + self.given / BZIP2_STREAM {
+                return Err(io::Error::other("it has thousands of streams with next to nothing in them"));
+            }
+            self.decoder = bzip2::bufread::BzDecoder::new(rest);
+        }
+    }
 }
 
 /// A reader of packed or plain bytes.
@@ -69,7 +122,11 @@ impl<'a> Stream<'a> {
             Packing::Gzip => Inner::Gzip(Box::new(GzDecoder::new(packed))),
             Packing::Zlib => Inner::Zlib(Box::new(ZlibDecoder::new(packed))),
             #[cfg(feature = "bzip2")]
-            Packing::Bzip2 => Inner::Bzip2(Box::new(bzip2::bufread::MultiBzDecoder::new(packed))),
+            Packing::Bzip2 => Inner::Bzip2(Box::new(Bzip2 {
+                decoder: bzip2::bufread::BzDecoder::new(packed),
+                streams: 0,
+                given: 0,
+            })),
         };
         Stream { inner, packed, packing, given: 0 }
     }
@@ -85,6 +142,11 @@ impl<'a> Stream<'a> {
     /// How many bytes can come at most, from here; `None` if nobody knows.
     pub(crate) fn most(&self) -> Option<u64> {
         Some(self.packing.most(self.packed.len())?.saturating_sub(self.given))
+    }
+
+    /// How many bytes are believed to come, from here.
+    pub(crate) fn believed(&self) -> u64 {
+        self.packing.believed(self.packed.len()).saturating_sub(self.given)
     }
 
     /// The same data from the beginning.

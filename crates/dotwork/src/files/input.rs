@@ -161,10 +161,9 @@ pub fn load_with(
         return volume(path, options, warnings);
     }
     let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
-    let raw = dotwork_io::read_mesh_bytes(path, &bytes, warnings)?;
+    let (raw, checksum) = dotwork_io::read_mesh_checked(path, &bytes, warnings)?;
     let up = if format.starts_with("STL") { UpAxis::Z } else { UpAxis::Y };
-    let checksum = Some(dotwork_io::checksum(&bytes));
-    let source = Source { file: input.clone(), checksum, ..Source::default() };
+    let source = Source { file: input.clone(), checksum: Some(checksum), ..Source::default() };
     let (name, world) = (object_name(path), World::default());
     Ok(Loaded::Mesh(Box::new(MeshFile { name, input, format, source, world, up, raw })))
 }
