@@ -80,7 +80,8 @@ fn main() -> ExitCode {
         let bytes = source.bytes.clone().or_else(|| std::fs::read(&source.path).ok()).unwrap_or_default();
         let tally = tallies.entry(&source.reader).or_default();
         forget_peak();
-        for seed in done..(share * f64::from(count)).round() as u32 {
+        let until = (share * f64::from(count)).round() as u32;
+        for seed in done..until {
             let what = format!("{}, seed {seed}", source.path.display());
             let mutant = mutate::mutate(&bytes, seed);
             let start = Instant::now();
@@ -103,9 +104,9 @@ fn main() -> ExitCode {
             if tally.slowest.as_ref().is_none_or(|(slowest, _)| took > *slowest) {
                 tally.slowest = Some((took, what));
             }
-            done = seed + 1;
         }
         tally.peak = tally.peak.max(peak());
+        done = until;
     }
     report(&tallies, sources.len());
     let bad = |tally: &Tally| tally.panics + tally.hangs > 0;
@@ -128,7 +129,7 @@ fn read(source: &Source, mutant: &[u8], seed: u32) -> bool {
         "raw" => {
             // The layout fits the sound file; every other time the layout is damaged as well.
             let text = format!("{}x6x6:u8:le:1,1,1.5:header=0", source.size / 36).into_bytes();
-            let text = if seed % 2 == 0 { text } else { mutate::mutate(&text, seed) };
+            let text = if seed.is_multiple_of(2) { text } else { mutate::mutate(&text, seed) };
             match String::from_utf8_lossy(&text).parse::<RawLayout>() {
                 Ok(layout) => volume(&VolumeOptions { raw: Some(layout) }, &mut warnings),
                 Err(_) => return false,

@@ -90,6 +90,17 @@ pub fn read_mesh_checked(
     Ok((mesh, sum.finish()))
 }
 
+/// What a mesh file holds besides its mesh, as names and values for people: of glTF its nodes, skins, animations and so
+/// on; of the other formats nothing. Empty for what cannot be read.
+#[cfg_attr(not(feature = "gltf"), allow(unused_variables, reason = "only glTF has more to tell"))]
+pub fn mesh_facts(name: &Path, bytes: &[u8]) -> Vec<(String, String)> {
+    #[cfg(feature = "gltf")]
+    if matches!(sniff(name, bytes, true), Sniffed::Mesh(MeshFormat::Gltf | MeshFormat::Glb)) {
+        return crate::gltf::facts(bytes);
+    }
+    Vec::new()
+}
+
 fn parse(
     name: &Path,
     bytes: &[u8],

@@ -63,6 +63,6 @@ mod write;
 
 pub use checksum::checksum;
 pub use error::{Place, ReadError, ReadErrorKind};
-pub use file::{read_file, read_mesh, read_mesh_bytes, read_mesh_checked};
+pub use file::{mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked};
 pub use format::{MeshFormat, mesh_format_name, mesh_format_of, mesh_formats};
 pub use write::{write_obj, write_ply};

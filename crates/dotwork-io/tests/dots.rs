@@ -208,3 +208,13 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 fn a_name_is_used_once() {
     Writer::new().text("a", "").text("a", "");
 }
+
+/// Found by a hostile run: a table could declare a thousand times the file, and memory was taken for it.
+#[test]
+fn what_unpacks_to_a_hundred_times_its_size_is_refused() {
+    let bytes = Writer::new().section("zeros", vec![0; 65 << 20]).finish();
+    let message = refusal(&bytes);
+    assert!(message.contains("unpacks to 68157440 bytes, more than the 64 MiB"), "{message}");
+    let bytes = Writer::new().section("zeros", vec![0; 20 << 20]).finish();
+    assert_eq!(open(bytes).unwrap().describe("zeros").unwrap(), (Kind::Bytes, 20 << 20));
+}

@@ -20,10 +20,10 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
     let options = LoadOptions { raw: args.raw.clone() };
     let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
         Loaded::Mesh(file) => {
-            let format = file.format.clone();
+            let (format, facts) = (file.format.clone(), file.facts.clone());
             let found = InFile::of(&file.raw);
             let object = file.into_object(Style::default(), &mut warnings)?;
-            describe_mesh(&args.input, format, &found, &object)
+            describe_mesh(&args.input, format, &facts, &found, &object)
         }
         Loaded::Volume(input) => volume::describe(&input),
         Loaded::Scene(scene) => describe_dots(&args.input, &scene),
@@ -51,7 +51,13 @@ impl InFile {
     }
 }
 
-fn describe_mesh(input: &Path, format: String, found: &InFile, object: &Object) -> (String, Value) {
+fn describe_mesh(
+    input: &Path,
+    format: String,
+    facts: &[(String, String)],
+    found: &InFile,
+    object: &Object,
+) -> (String, Value) {
     let checksum = checksum_of(object);
     let mut rows = vec![("format", format.clone())];
     let mut value = json!({ "file": input.display().to_string(), "format": format });
@@ -67,9 +73,18 @@ fn describe_mesh(input: &Path, format: String, found: &InFile, object: &Object) 
         json!({ "vertices": found.vertices, "polygons": found.polygons, "triangles": found.triangles });
     let (more, surface) = describe_surface(object);
     rows.extend(more);
+    value["facts"] = facts.iter().map(|(k, v)| json!([k, v])).collect();
     value["surface"] = surface;
-    value["units"] = Value::Null;
-    (format!("{}\n{}", input.display(), list(&rows)), value)
+    value["units"] = match object.world.unit {
+        Unit::Unknown => Value::Null,
+        unit => json!(unit.symbol()),
+    };
+    let mut words = format!("{}\n{}", input.display(), list(&rows));
+    if !facts.is_empty() {
+        let facts: Vec<(&str, String)> = facts.iter().map(|(k, v)| (k.as_str(), v.clone())).collect();
+        words += &format!("\nin the file\n{}", list(&facts));
+    }
+    (words, value)
 }
 
 fn describe_surface(object: &Object) -> (Vec<(&'static str, String)>, Value) {

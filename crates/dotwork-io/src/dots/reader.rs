@@ -8,6 +8,7 @@ use super::block::{self, Encoding};
 use super::{DotsError, DotsErrorKind, Kind, MAGIC, VERSION};
 use crate::checksum::checksum;
 use crate::error::quote;
+use crate::gzip;
 
 /// An opened `.dots` file whose checksums all hold; sections are unpacked when they are asked for.
 #[derive(Debug)]
@@ -202,6 +203,14 @@ fn parse(bytes: &[u8]) -> Result<Vec<Section>, DotsErrorKind> {
     }
     if !table.is_empty() {
         return Err(invalid("its table is longer than its sections"));
+    }
+    let unpacked = sections.iter().fold(0u64, |sum, s| sum.saturating_add(s.raw_length));
+    let limit = gzip::limit(bytes.len());
+    if unpacked > limit {
+        return Err(invalid(&format!(
+            "it unpacks to {unpacked} bytes, more than the {} MiB of any scene of its size",
+            limit >> 20
+        )));
     }
     if at < bytes.len() {
         return Err(invalid(&format!("{} bytes follow the last section", bytes.len() - at)));

@@ -19,6 +19,7 @@ mod accessor;
 mod buffers;
 mod container;
 mod extensions;
+mod facts;
 mod geometry;
 mod json;
 mod nodes;
@@ -32,6 +33,7 @@ use dotwork_mesh::RawMesh;
 use crate::checksum::Checksum;
 use crate::error::ReadErrorKind;
 use buffers::Buffers;
+pub(crate) use facts::facts;
 use json::Json;
 use nodes::{Pose, Tree};
 

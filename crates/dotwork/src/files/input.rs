@@ -7,7 +7,7 @@ use dotwork_ink::Style;
 use dotwork_io::dots::{self, Reader};
 use dotwork_io::volume::{RawLayout, VolumeOptions, read_volume, volume_format_of};
 use dotwork_mesh::{RawMesh, shapes};
-use dotwork_volume::{IsoOptions, Space, Volume};
+use dotwork_volume::{IsoOptions, Space, Unit, Volume};
 
 use super::FileError;
 use super::plate::Plate;
@@ -34,6 +34,8 @@ pub struct MeshFile {
     pub input: String,
     /// The format in words.
     pub format: String,
+    /// What else the file says.
+    pub facts: Vec<(String, String)>,
     /// Where it came from.
     pub source: Source,
     /// What is known about the space in which it lies.
@@ -89,14 +91,23 @@ impl VolumeInput {
     /// # Errors
     /// [`FileError::Volume`]: no value of the volume lies on either side of `iso`, or it is a single slice.
     pub fn surface(self, iso: f64, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
-        let VolumeInput { name, input, format, source, volume, .. } = self;
+        let VolumeInput { name, input, format, facts, source, volume } = self;
         let affine = volume.affine();
         let world = World { space: affine.space, unit: affine.unit };
         let raw = volume
             .isosurface(iso, &IsoOptions { cap: true }, warnings)
             .map_err(|e| FileError::Volume { input: input.clone(), reason: e.to_string() })?;
         let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
-        Ok(MeshFile { name, input, format, source: Source { iso: Some(iso), ..source }, world, up, raw })
+        Ok(MeshFile {
+            name,
+            input,
+            format,
+            facts,
+            source: Source { iso: Some(iso), ..source },
+            world,
+            up,
+            raw,
+        })
     }
 
     /// The refusal to draw a volume without being told where its surface is.
@@ -164,8 +175,11 @@ pub fn load_with(
     let (raw, checksum) = dotwork_io::read_mesh_checked(path, &bytes, warnings)?;
     let up = if format.starts_with("STL") { UpAxis::Z } else { UpAxis::Y };
     let source = Source { file: input.clone(), checksum: Some(checksum), ..Source::default() };
-    let (name, world) = (object_name(path), World::default());
-    Ok(Loaded::Mesh(Box::new(MeshFile { name, input, format, source, world, up, raw })))
+    let (name, facts) = (object_name(path), dotwork_io::mesh_facts(path, &bytes));
+    // glTF's lengths are metres; the other formats do not say.
+    let unit = if format.starts_with("glTF") { Unit::Metre } else { Unit::Unknown };
+    let world = World { unit, ..World::default() };
+    Ok(Loaded::Mesh(Box::new(MeshFile { name, input, format, facts, source, world, up, raw })))
 }
 
 fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
@@ -176,6 +190,7 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         name: name.into(),
         input: input.into(),
         format: "built-in shape".into(),
+        facts: Vec::new(),
         source: Source { file: input.into(), ..Source::default() },
         world: World::default(),
         up: UpAxis::Y,
