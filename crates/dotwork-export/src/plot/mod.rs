@@ -19,7 +19,8 @@
 //! assert!(lost.is_empty() && left_out.is_empty());
 //! let travel = plot::order_for_plotter(&mut drawing);
 //! // The pen starts at the top left: the stroke is drawn backwards.
-//! let line = "pen 0.35 mm #000000: 1 stroke of 0.08 m in all, 0.01 m in the air (unordered 0.09 m)";
+//! let line = "pen 0.35 mm #000000: 1 stroke of 0.08 m in all, 0.00 m in the air and 0.01 m to the first \
+//!     (unordered 0.09 m)";
 //! assert_eq!(travel.to_string(), line);
 //! let mut file = Vec::new();
 //! write_svg(&mut file, &drawing, &SvgOptions::for_plotter())?;

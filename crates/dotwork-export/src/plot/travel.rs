@@ -57,7 +57,7 @@ impl Travel {
     }
 }
 
-/// One line: `pen 0.25 mm #000000: 50,000 touches, 12.3 m in the air (unordered 812 m)`.
+/// One line: `pen 0.25 mm #000000: 50,000 touches, 12.2 m in the air and 0.10 m to the first (unordered 812 m)`.
 impl fmt::Display for LayerTravel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.pen_mm {
@@ -73,7 +73,9 @@ impl fmt::Display for LayerTravel {
             let n = self.strokes;
             write!(f, " {} stroke{} of {} in all,", Grouped(n), plural(n), Metres(self.drawn_mm))?;
         }
-        write!(f, " {} in the air (unordered {})", Metres(self.lifted_mm), Metres(self.unordered_mm))
+        let between = Metres(self.lifted_mm - self.approach_mm);
+        let (approach, unordered) = (Metres(self.approach_mm), Metres(self.unordered_mm));
+        write!(f, " {between} in the air and {approach} to the first (unordered {unordered})")
     }
 }
 
@@ -183,13 +185,13 @@ mod tests {
             strokes: 0,
             drawn_mm: 0.0,
             lifted_mm: 12_345.0,
-            approach_mm: 3.0,
+            approach_mm: 123.0,
             unordered_mm: 812_345.0,
         };
-        let one = "pen 0.25 mm #000000: 50,000 touches, 12.3 m in the air (unordered 812 m)";
+        let one = "pen 0.25 mm #000000: 50,000 touches, 12.2 m in the air and 0.12 m to the first (unordered 812 m)";
         assert_eq!(layer.to_string(), one);
         let strokes = LayerTravel { pen_mm: None, touches: 0, strokes: 1, drawn_mm: 1234.0, ..layer.clone() };
-        let two = "pen #000000: 1 stroke of 1.23 m in all, 12.3 m in the air (unordered 812 m)";
+        let two = "pen #000000: 1 stroke of 1.23 m in all, 12.2 m in the air and 0.12 m to the first (unordered 812 m)";
         assert_eq!(strokes.to_string(), two);
         let travel = Travel { layers: vec![layer, strokes] };
         assert_eq!(travel.to_string(), format!("{one}\n{two}"));
