@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use dotwork::io::volume::{
     RawLayout, VolumeFile, VolumeFormat, VolumeOptions, read_volume_bytes, volume_format_of,
 };
-use dotwork::io::{ReadError, ReadErrorKind, dots, mesh_format_name, read_mesh_bytes};
+use dotwork::io::{ReadError, ReadErrorKind, dots, mesh_facts, mesh_format_name, read_mesh_bytes};
 use dotwork::mesh::MeshOptions;
 use dotwork::volume::IsoOptions;
 use dotwork::{Loaded, Mesh, RawMesh, Warnings, load};
@@ -18,7 +18,7 @@ use dotwork::{Loaded, Mesh, RawMesh, Warnings, load};
 /// Voxels up to which the surface of a volume is made too.
 const SMALL: usize = 1 << 13;
 
-/// Reads a mesh if its format begins with `format`, and puts it in order.
+/// Reads a mesh if its format begins with `format`, with what `info` tells of it, and puts it in order.
 pub fn mesh(name: &str, format: &str, data: &[u8]) {
     mesh_if(name, |found| found.starts_with(format), data);
 }
@@ -32,6 +32,11 @@ fn mesh_if(name: &str, ours: impl Fn(&str) -> bool, data: &[u8]) {
     let name = Path::new(name);
     if !mesh_format_name(name, data).is_some_and(|found| ours(&found)) {
         return;
+    }
+    for (name, text) in mesh_facts(name, data) {
+        let fact = format!("{name}: {text}");
+        // A dozen names of sixty characters, each of which may become an escape.
+        assert!(!fact.contains('\n') && fact.len() < 10_000, "{fact:?}");
     }
     let mut warnings = Warnings::new();
     match read_mesh_bytes(name, data, &mut warnings) {
@@ -167,10 +172,10 @@ pub fn dots(data: &[u8]) {
         }
         Err(e) => return one_line(&e.to_string()),
     }
-    if let Some(Loaded::Scene(scene)) = loaded("dots", &bytes) {
+    if let Some(Loaded::Scene { scene, .. }) = loaded("dots", &bytes) {
         // What was read can be written and read again.
         let again = dotwork::encode_dots(&scene);
-        assert!(matches!(loaded("dots", &again), Some(Loaded::Scene(_))));
+        assert!(matches!(loaded("dots", &again), Some(Loaded::Scene { .. })));
     }
 }
 

@@ -171,12 +171,9 @@ pub struct InputArgs {
     pub iso: Option<f64>,
 }
 
-/// The options that make a scene.
+/// How objects are drawn.
 #[derive(Args)]
-pub struct SceneArgs {
-    #[command(flatten)]
-    pub input: InputArgs,
-
+pub struct StyleArgs {
     /// a style by name, or a style file (FILE.toml); see dotwork styles
     /// [default: soft]
     #[arg(long, value_name = "NAME|FILE.toml", help_heading = "Style")]
@@ -186,6 +183,16 @@ pub struct SceneArgs {
     /// dotwork styles --keys lists the keys
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse_set, help_heading = "Style")]
     pub set: Vec<String>,
+}
+
+/// The options that make a scene.
+#[derive(Args)]
+pub struct SceneArgs {
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    #[command(flatten)]
+    pub style: StyleArgs,
 
     /// draw with a pen: every dot has this diameter (dot_size = the pen's,
     /// fade = off, foreshorten = 0, grow = 0) [default: no pen]
@@ -365,7 +372,10 @@ Examples:
   dotwork bench
   dotwork bench bunny.ply dragon.ply.gz --size 1024 --threads 1
   dotwork bench engine.nrrd --iso 60
-  dotwork bench --json > bench.json")]
+  dotwork bench --size 1024 --stipples 1000000 --set dot_size=1px
+  dotwork bench --json > bench.json
+
+The fourth draws, writes and orders about 200,000 dots.")]
 pub struct BenchArgs {
     /// meshes and volumes to measure with [default: demo:teapot demo:ribbon]
     #[arg(value_name = "INPUT")]
@@ -373,6 +383,9 @@ pub struct BenchArgs {
 
     #[command(flatten)]
     pub input: InputArgs,
+
+    #[command(flatten)]
+    pub style: StyleArgs,
 
     /// stipples to bake for each input
     #[arg(long, value_name = "N", default_value_t = 144_000, value_parser = parse_stipple_count)]

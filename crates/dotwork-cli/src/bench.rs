@@ -11,6 +11,7 @@ use dotwork::{
 use serde_json::{Value, json};
 
 use crate::args::BenchArgs;
+use crate::options::chosen_style;
 use crate::report::{self, Failure, Report};
 use crate::words::{grouped, seconds};
 
@@ -80,9 +81,10 @@ pub fn run(args: &BenchArgs, report: &mut Report) -> Result<(), Failure> {
     let defaults = [PathBuf::from("demo:teapot"), PathBuf::from("demo:ribbon")];
     let inputs = if args.inputs.is_empty() { &defaults[..] } else { &args.inputs };
     let sizes = if args.size.is_empty() { vec![[512, 512], [1024, 1024]] } else { args.size.clone() };
+    let style = chosen_style(&args.style)?;
     let mut measured = Vec::new();
     for input in inputs {
-        measured.push(measure(input, args, &sizes, report)?);
+        measured.push(measure(input, args, &style, &sizes, report)?);
     }
     report::print(&if args.json { as_json(&measured, args) } else { as_table(&measured, args) })
 }
@@ -90,6 +92,7 @@ pub fn run(args: &BenchArgs, report: &mut Report) -> Result<(), Failure> {
 fn measure(
     input: &Path,
     args: &BenchArgs,
+    style: &Style,
     sizes: &[[u32; 2]],
     report: &mut Report,
 ) -> Result<Measured, Failure> {
@@ -102,14 +105,14 @@ fn measure(
             let (cost, file) = Cost::of(|| volume.into_mesh(args.input.iso, &mut warnings));
             (Some(cost), file?)
         }
-        Loaded::Scene(_) | Loaded::Plate(_) => {
+        Loaded::Scene { .. } | Loaded::Plate(_) => {
             return Err(Failure::Run(format!(
                 "{}: is a whole scene; the benchmark starts from meshes and volumes",
                 input.display()
             )));
         }
     };
-    let (clean, object) = Cost::of(|| file.into_object(Style::default(), &mut warnings));
+    let (clean, object) = Cost::of(|| file.into_object(style.clone(), &mut warnings));
     report.warn(Some(input), &warnings);
     let mut scene = Scene { stipples: Stipples::Count(args.stipples), ..Scene::of(object?) };
     let (bake, ()) = Cost::of(|| scene.bake(|_| ()));
@@ -159,7 +162,8 @@ fn write(scene: &Scene, drawing: Drawing) -> (Vec<(&'static str, Cost, usize)>, 
     let files = FILES.map(|(name, format)| {
         let mut bytes = Vec::new();
         // Memory refuses nothing.
-        let (cost, _) = Cost::of(|| encode_drawing(&mut bytes, format, &drawing, scene));
+        let (cost, _) =
+            Cost::of(|| encode_drawing(&mut bytes, format, &drawing, scene, &mut Warnings::new()));
         (name, cost, bytes.len())
     });
     let (order, _) = Cost::of(|| prepare(drawing, Format::SvgPlot, scene, &mut Warnings::new()));

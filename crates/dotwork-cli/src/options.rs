@@ -5,7 +5,7 @@ use dotwork::ink::PRESETS;
 use dotwork::volume::Space;
 use dotwork::{Length, LoadOptions, Scene, Stipples, Style, preset, read_style};
 
-use crate::args::SceneArgs;
+use crate::args::{SceneArgs, StyleArgs};
 use crate::report::Failure;
 
 /// Options checked: the style is read, the page can be drawn.
@@ -20,7 +20,7 @@ pub struct Options<'a> {
 impl<'a> Options<'a> {
     /// Checks everything that can be checked before an input is read.
     pub fn new(args: &'a SceneArgs) -> Result<Options<'a>, Failure> {
-        let style = args.style.as_deref().map(style_by_name).transpose()?;
+        let style = named_style(&args.style)?;
         let load = LoadOptions { raw: args.input.raw.clone() };
         let options = Options { args, style, load };
         options.apply(&mut Scene::default())?;
@@ -30,10 +30,7 @@ impl<'a> Options<'a> {
     /// The style of an object whose own style is `own`.
     pub fn style(&self, own: &Style) -> Style {
         let mut style = self.style.as_ref().unwrap_or(own).clone();
-        for pair in &self.args.set {
-            // Checked when it was parsed.
-            let _ = style.set_pair(pair);
-        }
+        set_keys(&mut style, &self.args.style);
         if let Some(pen) = self.args.pen {
             style.use_pen(pen);
         }
@@ -120,6 +117,24 @@ impl<'a> Options<'a> {
     /// The number of stipples, if one is asked for.
     pub fn stipples(&self) -> Option<Stipples> {
         self.args.stipples
+    }
+}
+
+/// The style that `--style` and `--set` ask for; without them the default one.
+pub fn chosen_style(args: &StyleArgs) -> Result<Style, Failure> {
+    let mut style = named_style(args)?.unwrap_or_default();
+    set_keys(&mut style, args);
+    Ok(style)
+}
+
+fn named_style(args: &StyleArgs) -> Result<Option<Style>, Failure> {
+    args.style.as_deref().map(style_by_name).transpose()
+}
+
+fn set_keys(style: &mut Style, args: &StyleArgs) {
+    for pair in &args.set {
+        // Checked when it was parsed.
+        let _ = style.set_pair(pair);
     }
 }
 

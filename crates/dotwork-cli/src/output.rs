@@ -3,20 +3,35 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use dotwork::FileError;
 use dotwork::export::{check_writable, write_atomic};
+use dotwork::{FileError, Format};
 
 use crate::report::Failure;
 
 /// Refuses an output that cannot be written, or that is one of the inputs.
 pub fn check(output: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
-    if let Ok(target) = output.canonicalize()
-        && let Some(input) = inputs.iter().find(|i| i.canonicalize().is_ok_and(|i| i == target))
-    {
-        let (out, input) = (output.display(), input.display());
+    keep(inputs, output)?;
+    check_writable(output).map_err(|e| Failure::from(FileError::from(e)))
+}
+
+/// Refuses an output that is one of the inputs, or a page of one that is a folder of TIFF files.
+pub fn keep(inputs: &[PathBuf], output: &Path) -> Result<(), Failure> {
+    let is = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+    let out = output.display();
+    if let Some(input) = inputs.iter().find(|i| is(i, output)) {
+        let input = input.display();
         return Err(Failure::Usage(format!("{out}: the output would overwrite the input {input}")));
     }
-    check_writable(output).map_err(|e| Failure::from(FileError::from(e)))
+    let folder = match output.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let page = |i: &&PathBuf| Format::of(output) == Some(Format::Tiff) && i.is_dir() && is(i, folder);
+    if let Some(input) = inputs.iter().find(page) {
+        let input = input.display();
+        return Err(Failure::Usage(format!("{out}: the output would be a page of the input {input}")));
+    }
+    Ok(())
 }
 
 /// Writes a file through `write`. A signal that asks the program to end takes effect once nothing half-written can be

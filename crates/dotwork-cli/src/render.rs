@@ -20,7 +20,7 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     let options = Options::new(&args.scene)?;
     output::check(&args.output, &args.inputs)?;
 
-    let mut scene = scene::open(&args.inputs, &options, report)?;
+    let mut scene = scene::open(&args.inputs, &args.output, &options, report)?;
     if args.plot {
         take_pens(&mut scene, report)?;
     }
@@ -30,8 +30,8 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     let lacking = artist.exhausted(&scene);
     let mut warnings = Warnings::new();
     let (drawing, travel) = prepare(drawn, format, &scene, &mut warnings);
+    output::write(&args.output, |w| encode_drawing(w, format, &drawing, &scene, &mut warnings))?;
     report.warn(None, &warnings);
-    output::write(&args.output, |w| encode_drawing(w, format, &drawing, &scene))?;
 
     if lacking > EXHAUSTED {
         let stipples: usize = scene.objects.iter().filter_map(|o| o.stock.as_ref()).map(|s| s.len()).sum();

@@ -5,15 +5,25 @@ use std::path::{Path, PathBuf};
 use dotwork::{Loaded, Object, Plate, Scene, Style, Warnings, load_with};
 
 use crate::options::Options;
+use crate::output;
 use crate::report::{Failure, Report};
 
-/// Reads all inputs into one scene. A `.dots` file that is the only input brings its camera, light and page too.
-pub fn open(inputs: &[PathBuf], options: &Options, report: &mut Report) -> Result<Scene, Failure> {
+/// Reads all inputs into one scene, which is to become `output`. A `.dots` file that is the only input brings its
+/// camera, light and page too; beside others it brings its seed, which is that of its stipples.
+pub fn open(
+    inputs: &[PathBuf],
+    output: &Path,
+    options: &Options,
+    report: &mut Report,
+) -> Result<Scene, Failure> {
     let mut scene = Scene::default();
+    let mut seed = None;
     for input in inputs {
         let mut warnings = Warnings::new();
         match load_with(input, options.load(), &mut warnings)? {
             Loaded::Plate(plate) if inputs.len() == 1 => {
+                // What it was drawn from is an input too.
+                output::keep(&plate.inputs(), output)?;
                 scene = redraw(*plate, options, &mut warnings, report)?;
             }
             Loaded::Plate(_) => {
@@ -27,16 +37,25 @@ pub fn open(inputs: &[PathBuf], options: &Options, report: &mut Report) -> Resul
                 if scene.objects.is_empty() {
                     mesh.turn_camera(&mut scene);
                 }
-                scene.add(mesh.into_object(options.style(&Style::default()), &mut warnings)?);
+                let object = mesh.into_object(options.style(&Style::default()), &mut warnings)?;
+                add(&mut scene, object, &mut warnings);
             }
-            Loaded::Scene(mut baked) => {
+            Loaded::Scene { scene: mut baked, .. } => {
                 check_bake(input, &baked, options)?;
                 for mut object in std::mem::take(&mut baked.objects) {
                     restyle(input, &mut object, options, &mut warnings)?;
-                    scene.add(object);
+                    add(&mut scene, object, &mut warnings);
                 }
                 if inputs.len() == 1 {
                     scene = Scene { objects: scene.objects, ..*baked };
+                } else {
+                    scene.seed = *seed.get_or_insert(baked.seed);
+                    if scene.seed != baked.seed {
+                        warnings.say(format!(
+                            "was baked with seed {}, an input before it with {}; a plate holds only the latter",
+                            baked.seed, scene.seed
+                        ));
+                    }
                 }
             }
         }
@@ -44,6 +63,13 @@ pub fn open(inputs: &[PathBuf], options: &Options, report: &mut Report) -> Resul
     }
     options.apply(&mut scene)?;
     Ok(scene)
+}
+
+/// Adds an object, and says so if it cannot lie where it should.
+fn add(scene: &mut Scene, object: Object, warnings: &mut Warnings) {
+    if !scene.add(object) {
+        warnings.say("lies so far from the first input that it is drawn about its own middle instead");
+    }
 }
 
 /// The scene of a plate: baked as it was drawn, unless options change what has to be baked.
@@ -57,11 +83,11 @@ fn redraw(
     let drawn = scene.clone();
     for object in &mut scene.objects {
         let style = options.style(&object.style);
-        object.restyle(style).map_err(|e| Failure::Run(e.to_string()))?;
+        object.restyle(style).map_err(|e| Failure::Run(format!("{}: {e}", object.name)))?;
     }
     options.apply(&mut scene)?;
-    let same = (scene.camera, scene.page, scene.seed, scene.stipples)
-        == (drawn.camera, drawn.page, drawn.seed, drawn.stipples)
+    let same = (scene.camera, scene.light, scene.page, scene.seed, scene.stipples)
+        == (drawn.camera, drawn.light, drawn.page, drawn.seed, drawn.stipples)
         && scene.objects.iter().zip(&drawn.objects).all(|(a, b)| a.style == b.style);
     if same {
         report.progress("baking", |progress| scene.bake_counts(&counts, progress));

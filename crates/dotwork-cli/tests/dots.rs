@@ -47,6 +47,18 @@ fn a_dots_file_among_other_inputs_brings_its_object_only() {
 }
 
 #[test]
+fn a_plate_of_several_inputs_has_the_seed_of_the_dots_file() {
+    let place = Place::new();
+    place.run("bake demo:torus -o five.dots --stipples 3000 --seed 5").ok();
+    place.run("bake demo:torus -o six.dots --stipples 3000 --seed 6").ok();
+    place.draw("five.dots demo:sphere -o plate.svg --stipples 3000 --size 200");
+    place.draw("plate.svg -o again.svg");
+    assert!(place.read("plate.svg") == place.read("again.svg"));
+    let said = place.run("render five.dots six.dots -o both.csv --size 60").stderr;
+    assert!(said.contains("warning: six.dots: was baked with seed 6, an input before it with 5"), "{said}");
+}
+
+#[test]
 fn what_needs_another_bake_is_said() {
     let place = Place::new();
     place.run("bake demo:torus -o t.dots --stipples 3000").ok();

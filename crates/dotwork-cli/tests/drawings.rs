@@ -62,6 +62,31 @@ fn cameras_follow_the_conventions() {
 }
 
 #[test]
+fn inputs_far_from_zero_lie_where_their_files_say() {
+    let place = Place::new();
+    // Readers bring each near zero by an origin of its own.
+    place.write("a.obj", box_obj([1e6, 0.0, 0.0], [1e6 + 1.0, 1.0, 1.0]));
+    place.write("b.obj", box_obj([1e6 + 4.0, 0.0, 0.0], [1e6 + 5.0, 1.0, 1.0]));
+    place
+        .draw("a.obj b.obj -o t.csv --csv full --stipples 1000 --size 300 --camera 0,0 --ortho --style flat");
+    let t = Table::read(&place.text("t.csv"));
+    let objects = t.words("object");
+    let of = |name: &str, fold: fn(f64, f64) -> f64, start: f64| {
+        let x = t.numbers("x_px");
+        x.into_iter().zip(&objects).filter(|(_, o)| **o == name).map(|(x, _)| x).fold(start, fold)
+    };
+    // A unit and three units of the same line.
+    let [a, b] = ["a", "b"].map(|o| (of(o, f64::min, f64::MAX), of(o, f64::max, f64::MIN)));
+    let unit = a.1 - a.0;
+    assert!(((b.1 - b.0) / unit - 1.0).abs() < 0.05 && ((b.0 - a.1) / unit - 3.0).abs() < 0.1, "{a:?} {b:?}");
+    place.draw("a.obj b.obj -o plate.svg --stipples 1000 --size 200");
+    place.draw("plate.svg -o again.svg");
+    assert!(place.read("plate.svg") == place.read("again.svg"));
+    place.write("c.obj", box_obj([0.0; 3], [1.0; 3]));
+    place.run("render c.obj a.obj -o c.csv --size 100").warned(&["a.obj: lies so far from the first input"]);
+}
+
+#[test]
 fn zoom_and_distance_enlarge() {
     let base = "--camera 0,0 --ortho --style flat";
     let once = slope(&table(base), "x_px", "x");

@@ -103,6 +103,12 @@ fn bench_measures() {
     }
     assert_eq!(input["frames"].as_array().unwrap().len(), 2);
     assert!(input["frames"][1]["next_frame"]["raster"]["wall_s"].as_f64().unwrap() > 0.0);
+    let dots = |options: &str| {
+        let json = place.run(&format!("{line} --json {options}")).ok().json();
+        json["inputs"][0]["frames"][0]["dots"].as_u64().unwrap()
+    };
+    assert!(dots("--style hard") < dots("") && dots("--set tone=0") < dots(""));
+    place.run(&format!("{line} --style nihgt")).failed(2, &["nihgt"]);
     let table = place.run(line).ok().stdout;
     assert!(table.contains("80 x 40 pixels") && table.contains("stipples a second"), "{table}");
 }

@@ -52,6 +52,10 @@ fn options_lie_over_what_a_plate_holds() {
     assert_eq!(place.text("large.csv"), place.text("expected.csv"));
     place.run("render plate.svg -o blue.csv --set color=#0000ff").ok();
     assert!(Table::read(&place.text("blue.csv")).words("b").iter().all(|b| *b == "255"));
+    // Another light asks for other stipples.
+    place.run("render in/box.obj -o light.csv --style hard --size 200 --set dot_size=3px --light=100,0").ok();
+    place.run("render plate.svg -o again.csv --light=100,0").ok();
+    assert_eq!(place.text("again.csv"), place.text("light.csv"));
     place.run("render plate.svg demo:torus -o both.csv").failed(2, &["plate.svg", "alone"]);
 }
 
@@ -82,6 +86,33 @@ fn inputs_that_changed_or_went_are_named() {
     let words = place.run("info plate.pdf").ok().stdout;
     assert!(words.contains("in/box.obj") && words.contains("dotwork"), "{words}");
     assert_eq!(place.run("info plate.pdf --json").ok().json()["objects"][0]["source"], "in/box.obj");
+}
+
+#[test]
+fn an_input_of_a_plate_is_not_overwritten() {
+    let place = place();
+    // A mesh whatever its name: content decides.
+    let mesh = common::ply(
+        &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    );
+    place.write("mesh.csv", &mesh);
+    place.run("render mesh.csv -o plate.svg --size 100").ok();
+    place.run("render plate.svg -o ./mesh.csv").failed(2, &["mesh.csv", "overwrite"]);
+    assert_eq!(place.text("mesh.csv"), mesh);
+    // A picture among the pages of a folder would be one of them.
+    std::fs::create_dir(place.path("pages")).unwrap();
+    place.run("render pages -o pages/9.tif --iso 1").failed(2, &["pages/9.tif", "a page of the input pages"]);
+}
+
+#[test]
+fn warnings_about_inputs_of_a_plate_name_them() {
+    let place = place();
+    place.write("in/a.obj", box_obj([0.0; 3], [1.0; 3]) + "v 5 5 5\n");
+    place
+        .run("render in/a.obj in/box.obj -o plate.svg --size 100")
+        .warned(&["warning: in/a.obj: ", "unused"]);
+    place.run("render plate.svg -o again.svg").warned(&["plate.svg: its input in/a.obj: ", "unused"]);
 }
 
 #[test]

@@ -44,6 +44,21 @@ fn info_tells_grid_place_and_values() {
     assert_eq!(counts.iter().sum::<u64>(), 24 * 24 * 24);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_pipe_gives_its_bytes_once() {
+    let place = Place::new();
+    place.write("ball.nrrd", nrrd(PATIENT));
+    let (reader, mut writer) = std::io::pipe().unwrap();
+    let bytes = place.read("ball.nrrd");
+    let writing = std::thread::spawn(move || std::io::Write::write_all(&mut writer, &bytes));
+    let output = place.command().args(["info", "--json", "/dev/stdin"]).stdin(reader).output().unwrap();
+    writing.join().unwrap().unwrap();
+    let piped = common::Done::of(output, "info /dev/stdin").ok().json();
+    let value = place.run("info ball.nrrd --json").ok().json();
+    assert_eq!((&piped["checksum"], &piped["values"]), (&value["checksum"], &value["values"]));
+}
+
 #[test]
 fn the_isosurface_of_a_ball_is_a_sphere() {
     let place = Place::new();

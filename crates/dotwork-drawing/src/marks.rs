@@ -92,7 +92,7 @@ impl StrokeKind {
     }
 }
 
-/// Strokes in structure-of-arrays form: open polylines with round caps and joins.
+/// Strokes in structure-of-arrays form: open polylines with round caps and joins; a stroke of one point is a disc.
 ///
 /// Stroke `k` has the points `points(k)`; `x`, `y`, `depth`, `width` and `darkness` have one entry a point, `id` and
 /// `kind` one a stroke. A closed line repeats its first point at the end.
@@ -143,6 +143,19 @@ impl Strokes {
         start..self.end[k] as usize
     }
 
+    /// Appends all of `other`.
+    pub fn extend_from(&mut self, other: &Strokes) {
+        let base = self.x.len() as u32;
+        self.x.extend_from_slice(&other.x);
+        self.y.extend_from_slice(&other.y);
+        self.depth.extend_from_slice(&other.depth);
+        self.width.extend_from_slice(&other.width);
+        self.darkness.extend_from_slice(&other.darkness);
+        self.end.extend(other.end.iter().map(|end| base + end));
+        self.id.extend_from_slice(&other.id);
+        self.kind.extend_from_slice(&other.kind);
+    }
+
     /// Appends a stroke of one width and full strength through `points` (pixels).
     pub fn push_line(
         &mut self,
@@ -175,6 +188,17 @@ pub struct Image {
     pub place: [f32; 4],
     /// Red, green, blue and opacity of each sample, row by row from the top: linear light, premultiplied, 0…1.
     pub samples: Vec<[f32; 4]>,
+}
+
+impl Image {
+    /// True if the picture can be drawn: it has as many samples as it says, at least one, and a place with an area, no
+    /// further than a million pixels from the page's corner. Outputs leave out all others.
+    pub fn is_drawable(&self) -> bool {
+        let [left, top, right, bottom] = self.place;
+        let near = self.place.iter().all(|edge| edge.abs() < 1e6);
+        let count = u64::from(self.width) * u64::from(self.height);
+        near && left < right && top < bottom && count > 0 && self.samples.len() as u64 == count
+    }
 }
 
 /// One layer of a drawing: what one object (or one pen) puts on the page in one colour.
@@ -221,5 +245,39 @@ impl Drawing {
     /// Number of strokes on all layers.
     pub fn stroke_count(&self) -> usize {
         self.layers.iter().map(|l| l.strokes.len()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strokes_that_are_appended_keep_their_points() {
+        let mut one = Strokes::default();
+        one.push_line(StrokeKind::Crease, 1, 2.0, [[1.0, 2.0], [3.0, 4.0]]);
+        let mut two = Strokes::default();
+        two.push_line(StrokeKind::Border, 2, 3.0, [[5.0, 6.0]]);
+        two.push_line(StrokeKind::Silhouette, 3, 4.0, [[7.0, 8.0], [9.0, 10.0]]);
+        let mut both = one.clone();
+        both.push_line(StrokeKind::Border, 2, 3.0, [[5.0, 6.0]]);
+        both.push_line(StrokeKind::Silhouette, 3, 4.0, [[7.0, 8.0], [9.0, 10.0]]);
+        one.extend_from(&two);
+        assert_eq!(one, both);
+        assert_eq!((one.points(1), one.points(2)), (2..3, 3..5));
+    }
+
+    #[test]
+    fn pictures_that_cannot_be_drawn() {
+        let image = Image { width: 2, height: 1, place: [0.0, -1.0, 2.0, 3.0], samples: vec![[0.0; 4]; 2] };
+        assert!(image.is_drawable());
+        for place in
+            [[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 1.0, 0.0], [f32::NAN, 0.0, 1.0, 1.0], [0.0, 0.0, 1e9, 1.0]]
+        {
+            assert!(!Image { place, ..image.clone() }.is_drawable(), "{place:?}");
+        }
+        assert!(!Image { height: 2, ..image.clone() }.is_drawable());
+        assert!(!Image { height: 0, samples: Vec::new(), ..image.clone() }.is_drawable());
+        assert!(!Image { width: u32::MAX, height: u32::MAX, ..image }.is_drawable());
     }
 }

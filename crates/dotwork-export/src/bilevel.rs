@@ -72,6 +72,9 @@ const STREAM: u32 = 0x0b11_e7e1;
 /// Paper is white and ink black. If the paper is darker than the ink of most marks, paper is black and ink white: the
 /// picture reads the same. A layer whose ink lies on the other side of the paper than most, or equals it, takes away.
 /// Marks that are not finite are left out. `warnings` says what a plate cannot show.
+///
+/// # Panics
+/// If the arrays of a layer's dots or strokes differ in length.
 pub fn bilevel(drawing: &Drawing, warnings: &mut Warnings) -> Bilevel {
     let (width, height) = (drawing.page.width as usize, drawing.page.height as usize);
     let pictures = drawing.layers.iter().filter(|l| l.image.is_some());
@@ -117,7 +120,7 @@ fn sides(drawing: &Drawing) -> (bool, Vec<bool>) {
     (black_paper, drawing.layers.iter().map(ink).collect())
 }
 
-/// The convex hull of two discs: a dot, where they are one, or a segment of a stroke.
+/// The convex hull of two discs: a dot or a stroke's single point, where they are one, or a segment of a stroke.
 #[derive(Clone, Copy)]
 struct Mark {
     ends: [[f64; 2]; 2],
@@ -139,7 +142,8 @@ impl Mark {
     }
 }
 
-/// Mark number `item` of a layer: its dots, then its strokes point by point, each point with the one before it.
+/// Mark number `item` of a layer: its dots, then its strokes point by point, each point with the one before it; a stroke
+/// of one point is a disc.
 fn mark(layer: &Layer, item: u32) -> Mark {
     let (dots, strokes) = (&layer.dots, &layer.strokes);
     let i = item as usize;
@@ -152,7 +156,9 @@ fn mark(layer: &Layer, item: u32) -> Mark {
         ([strokes.x[i], strokes.y[i]].map(f64::from), f64::from(thinned))
     };
     let i = i - dots.len();
-    let ((a, r), (b, s)) = (at(i - 1), at(i));
+    // No point lies before one that begins a stroke; it is asked for only where it stands alone.
+    let begins = i == 0 || strokes.end.binary_search(&(i as u32)).is_ok();
+    let ((a, r), (b, s)) = (at(i - usize::from(!begins)), at(i));
     Mark { ends: [a, b], radii: [r, s] }
 }
 
@@ -217,8 +223,8 @@ fn each_mark(layer: &Layer, bands: usize, mut each: impl FnMut(u32, usize, usize
     }
     for k in 0..layer.strokes.len() {
         let points = layer.strokes.points(k);
-        // A stroke of one point has no segment, and is drawn nowhere.
-        for i in points.start + 1..points.end {
+        let first = points.start + usize::from(points.len() > 1);
+        for i in first..points.end {
             offer(dots.len() + i);
         }
     }
@@ -451,6 +457,15 @@ mod tests {
             }
         }
         assert!(all > 8000 && differ <= 2, "{differ} of {all}");
+    }
+
+    #[test]
+    fn a_stroke_of_one_point_is_a_disc() {
+        // The decimal point of a scale bar's label is one.
+        let mut strokes = Strokes::default();
+        strokes.push_line(StrokeKind::Annotation, 1, 60.0, [[50.2, 50.7]]);
+        let got = black(&plate(&drawing(100, 100, Layer { strokes, ..Layer::default() }))) as f64;
+        assert!((got / (900.0 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{got}");
     }
 
     #[test]

@@ -25,8 +25,8 @@
 //!
 //! A layer that one pen draws has `"pen_mm"` after its colour; strokes are open lines, their arrays one entry a point; a
 //! layer with a picture under its marks has `"image":{"width":W,"height":H,"place_px":[left,top,right,bottom]}`, without
-//! its samples. Numbers have the precision of the drawing table (4 decimals; `depth` and the resolution 7 significant digits); what
-//! is not finite is `null`.
+//! its samples. Numbers have the precision of the drawing table (4 decimals; `depth` and the resolution 7 significant
+//! digits); what is not finite is `null`.
 
 use std::io::{self, Write};
 

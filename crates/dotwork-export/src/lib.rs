@@ -38,6 +38,7 @@ mod pens;
 pub mod plot;
 mod png;
 mod record;
+mod samples;
 mod svg;
 #[cfg(test)]
 mod testing;

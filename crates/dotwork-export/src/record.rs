@@ -44,7 +44,9 @@ fn is_svg(bytes: &[u8]) -> bool {
         } else if rest.starts_with(b"<!--") {
             b"-->"
         } else if rest.starts_with(b"<!") {
-            b">"
+            // A document type may declare entities of its own in brackets.
+            let declares = rest.iter().find(|b| matches!(b, b'[' | b'>')) == Some(&b'[');
+            if declares { b"]>" } else { b">" }
         } else {
             let name = rest.strip_prefix(b"<svg:svg").or(rest.strip_prefix(b"<svg"));
             return name

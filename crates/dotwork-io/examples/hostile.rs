@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 use dotwork_drawing::Warnings;
 use dotwork_io::dots::{Reader, Writer};
 use dotwork_io::volume::{RawLayout, VolumeOptions, read_volume_bytes, volume_format_of};
-use dotwork_io::{mesh_format_name, read_mesh_bytes};
+use dotwork_io::{mesh_facts, mesh_format_name, read_mesh_bytes};
 
 /// A reader that takes longer for one file hangs.
 const HANGS: Duration = Duration::from_secs(2);
@@ -136,7 +136,10 @@ fn read(source: &Source, mutant: &[u8], seed: u32) -> bool {
             }
         }
         _ if volume_format_of(name, mutant).is_some() => volume(&VolumeOptions::default(), &mut warnings),
-        _ => read_mesh_bytes(name, mutant, &mut warnings).map(drop).map_err(|e| e.to_string()),
+        _ => {
+            assert!(!mesh_facts(name, mutant).iter().any(|(_, text)| text.contains('\n')));
+            read_mesh_bytes(name, mutant, &mut warnings).map(drop).map_err(|e| e.to_string())
+        }
     };
     if let Err(message) = &result {
         assert!(!message.contains('\n'), "{message:?}");

@@ -90,15 +90,44 @@ pub fn read_mesh_checked(
     Ok((mesh, sum.finish()))
 }
 
-/// What a mesh file holds besides its mesh, as names and values for people: of glTF its nodes, skins, animations and so
-/// on; of the other formats nothing. Empty for what cannot be read.
+/// What a mesh file holds besides its mesh, gzipped or not, as names and values for people: of glTF its nodes, skins,
+/// animations and so on; of the other formats nothing. Empty for what cannot be read.
 #[cfg_attr(not(feature = "gltf"), allow(unused_variables, reason = "only glTF has more to tell"))]
 pub fn mesh_facts(name: &Path, bytes: &[u8]) -> Vec<(String, String)> {
     #[cfg(feature = "gltf")]
-    if matches!(sniff(name, bytes, true), Sniffed::Mesh(MeshFormat::Gltf | MeshFormat::Glb)) {
-        return crate::gltf::facts(bytes);
+    if let Ok(bytes) = unpacked(bytes, &mut Warnings::new(), |start| may_be_gltf(name, start))
+        && is_gltf(&sniff(name, &bytes, true))
+    {
+        return crate::gltf::facts(&bytes);
     }
     Vec::new()
+}
+
+#[cfg(feature = "gltf")]
+fn is_gltf(sniffed: &Sniffed) -> bool {
+    matches!(sniffed, Sniffed::Mesh(MeshFormat::Gltf | MeshFormat::Glb))
+}
+
+/// Refuses a beginning that is of another format: nothing will be told of it, so the rest need not be unpacked.
+#[cfg(feature = "gltf")]
+fn may_be_gltf(name: &Path, start: &[u8]) -> Result<(), ReadErrorKind> {
+    match sniff(name, start, false) {
+        Sniffed::Undecided => Ok(()),
+        sniffed if is_gltf(&sniffed) => Ok(()),
+        _ => Err(ReadErrorKind::NoFaces),
+    }
+}
+
+/// The content of a file that may be gzipped; `look` sees its beginning, if it is, and may refuse.
+fn unpacked<'a>(
+    bytes: &'a [u8],
+    warnings: &mut Warnings,
+    look: impl FnOnce(&[u8]) -> Result<(), ReadErrorKind>,
+) -> Result<Cow<'a, [u8]>, ReadErrorKind> {
+    if gzip::is_gzip(bytes) {
+        return gzip::unpack(bytes, warnings, look).map(Cow::Owned);
+    }
+    Ok(Cow::Borrowed(bytes))
 }
 
 fn parse(
@@ -110,13 +139,10 @@ fn parse(
     if bytes.is_empty() {
         return Err(ReadErrorKind::Empty);
     }
-    let bytes = if gzip::is_gzip(bytes) {
-        Cow::Owned(gzip::unpack(bytes, warnings, |start| look(name, start, bytes.len()))?)
-    } else {
-        Cow::Borrowed(bytes)
-    };
+    let file_length = bytes.len();
+    let bytes = unpacked(bytes, warnings, |start| look(name, start, file_length))?;
     match sniff(name, &bytes, true) {
-        Sniffed::Mesh(format) => read_format(format, name, &bytes, sum, warnings),
+        Sniffed::Mesh(format) => read_format(format, name, &bytes, file_length, sum, warnings),
         Sniffed::Other(error) => Err(error),
         Sniffed::Undecided => Err(ReadErrorKind::NoFaces),
     }
@@ -144,6 +170,7 @@ fn read_format(
     format: MeshFormat,
     name: &Path,
     bytes: &[u8],
+    file_length: usize,
     sum: &mut Checksum,
     warnings: &mut Warnings,
 ) -> Result<RawMesh, ReadErrorKind> {
@@ -157,7 +184,7 @@ fn read_format(
         #[cfg(feature = "off")]
         MeshFormat::Off => crate::off::read(bytes, warnings),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, sum, warnings),
+        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, file_length, sum, warnings),
         #[allow(unreachable_patterns, reason = "with every feature on")]
         _ => Err(ReadErrorKind::NotReadYet(match format {
             MeshFormat::Ply => "a PLY file",

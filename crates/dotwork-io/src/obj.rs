@@ -1,8 +1,9 @@
 //! Wavefront OBJ: vertices and faces; everything else is passed over.
 //!
 //! The format as in "Object Files (.obj)", Advanced Visualizer Manual, Appendix B1. Read are `v` (with three or four
-//! numbers after the third, the colour that MeshLab and others put there; a fourth alone is a weight, ignored) and `f` with corners `v`, `v/vt`, `v/vt/vn` or `v//vn`, indices from 1 or
-//! negative from the latest vertex, faces before or after the vertices they name, and lines continued by a backslash.
+//! numbers after the third, the colour that MeshLab and others put there; a fourth alone is a weight, ignored) and `f`
+//! with corners `v`, `v/vt`, `v/vt/vn` or `v//vn`, indices from 1 or negative from the latest vertex, faces before or
+//! after the vertices they name, and lines continued by a backslash.
 //! Limits: free-form curves and surfaces, lines and points have no faces and are only counted.
 
 use dotwork_drawing::Warnings;

@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use dotwork_drawing::Warnings;
 use dotwork_drawing::color::linear_to_srgb;
-use dotwork_io::{mesh_format_name, read_mesh};
+use dotwork_io::{checksum, mesh_facts, mesh_format_name, read_mesh, read_mesh_checked};
 use dotwork_mesh::RawMesh;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -516,12 +516,9 @@ fn small_files_do_not_grow_without_bound() {
         glb(&json, &buffer)
     };
     assert_eq!(read("t", &instances(10)).unwrap().triangles.len(), 10 * n);
-    assert_eq!(
-        refusal("t", &instances(10_000)),
-        "t: the instances of its meshes expand to more than 128 MiB"
-    );
+    assert_eq!(refusal("t", &instances(10_000)), "t: what its scene draws expands to more than 64 MiB");
     let nodes = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{}}{}]}}", ",{}".repeat(1 << 19));
-    assert_eq!(refusal("t.gltf", nodes.as_bytes()), "t.gltf: line 1: JSON: more than 524288 nodes");
+    assert_eq!(refusal("t.gltf", nodes.as_bytes()), "t.gltf: line 1: JSON: a list of more than 524288 items");
 }
 
 #[test]
@@ -585,9 +582,57 @@ fn the_checksum_holds_the_buffers_beside_the_file() {
     let read = |z: f32| {
         std::fs::write(folder.path().join("b.bin"), corners(z)).unwrap();
         let name = folder.path().join("a.gltf");
-        dotwork_io::read_mesh_checked(&name, json, &mut Warnings::new()).unwrap().1
+        read_mesh_checked(&name, json, &mut Warnings::new()).unwrap().1
     };
     let first = read(0.0);
-    assert_eq!(first, dotwork_io::checksum(&[&json[..], &corners(0.0)].concat()));
+    assert_eq!(first, checksum(&[&json[..], &corners(0.0)].concat()));
     assert_ne!(first, read(0.5));
+}
+
+/// A hostile file may name one file a thousand times, in as many ways and lengths: it is read once.
+#[test]
+fn a_file_named_in_many_ways_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("sub")).unwrap();
+    let content = [floats(&TRIANGLE), b"more".to_vec()].concat();
+    std::fs::write(folder.path().join("b.bin"), &content).unwrap();
+    let (mut json, _) = triangle();
+    json["buffers"] = json!([
+        { "uri": "b.bin", "byteLength": 36 },
+        { "uri": "sub/../b.bin", "byteLength": 38 },
+        { "uri": "./b.bin", "byteLength": 1000 },
+    ]);
+    json["bufferViews"] = json!([{ "buffer": 0, "byteLength": 36 }, { "buffer": 1, "byteLength": 38 }, { "buffer": 2, "byteLength": 36 }]);
+    let accessor =
+        |view: usize| json!({ "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3" });
+    json["accessors"] = json!([accessor(0), accessor(1), accessor(2)]);
+    let primitive = |k: usize| json!({ "attributes": { "POSITION": k } });
+    let read = |json: &Value| {
+        let text = json.to_string();
+        let read = read_mesh_checked(&folder.path().join("a.gltf"), text.as_bytes(), &mut Warnings::new());
+        read.map(|(mesh, sum)| (mesh, sum == checksum(&[text.as_bytes(), &content[..38]].concat())))
+    };
+    json["meshes"][0]["primitives"] = json!([primitive(0), primitive(1)]);
+    let (mesh, sum_holds_the_file_once) = read(&json).unwrap();
+    assert_eq!(mesh.triangles.len(), 2);
+    assert!(sum_holds_the_file_once);
+    json["meshes"][0]["primitives"] = json!([primitive(0), primitive(2)]);
+    let message = read(&json).unwrap_err().to_string();
+    assert!(message.ends_with("buffer 2: './b.bin': 1000 bytes declared, but the file has 40"), "{message}");
+}
+
+#[test]
+fn facts_of_gzipped_files_too() {
+    let (json, buffer) = gltf_parts();
+    for bytes in [gltf(&json, &buffer), glb(&json, &buffer)] {
+        let facts = mesh_facts(Path::new("x"), &bytes);
+        assert!(
+            facts.contains(&("contents".into(), "1 scene, 2 nodes, 1 mesh, 2 primitives".into())),
+            "{facts:?}"
+        );
+        assert_eq!(mesh_facts(Path::new("x.gz"), &gzip(&bytes)), facts);
+    }
+    for other in [ply_ascii(), gzip(&ply_ascii()), gzip(b""), vec![], b"\x1f\x8b".to_vec()] {
+        assert_eq!(mesh_facts(Path::new("x.gltf"), &other), []);
+    }
 }

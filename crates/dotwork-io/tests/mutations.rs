@@ -8,13 +8,14 @@ mod common;
 mod mutate;
 
 use common::*;
-use dotwork_io::mesh_format_name;
+use dotwork_io::{mesh_facts, mesh_format_name};
 use mutate::mutate;
 use std::path::{Path, PathBuf};
 
 /// Reads a damaged file; true if a mesh came out of it. Whatever comes out must be sound.
 fn survives(name: &str, bytes: &[u8], what: &str) -> bool {
     let _ = mesh_format_name(Path::new(name), bytes);
+    assert!(!mesh_facts(Path::new(name), bytes).iter().any(|(_, text)| text.contains('\n')), "{what}");
     match read(name, bytes) {
         Ok(mesh) => {
             let n = mesh.positions.len();

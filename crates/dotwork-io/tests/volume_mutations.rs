@@ -15,7 +15,7 @@ mod volume_common;
 use std::path::Path;
 
 use dotwork_io::volume::VolumeOptions;
-use volume_common::{Nifti, TiffPage, gray_page, gzip, int16, nrrd, nrrd_int16, read_among, tiff_file, zlib};
+use volume_common::{Nifti, gray_page, gzip, int16, nrrd, nrrd_int16, read_among, tiff_file, zlib};
 
 /// A name and the bytes of a small file of each kind.
 fn samples() -> Vec<(String, Vec<u8>)> {
@@ -38,10 +38,11 @@ fn samples() -> Vec<(String, Vec<u8>)> {
         );
         [header.as_bytes(), data].concat()
     };
+    let fields = vtk("ASCII", numbers.as_bytes());
+    let at = fields.windows(10).position(|w| w == b"DIMENSIONS").unwrap();
     let mut tiled = gray_page(20, 17, 8, &[3; 4 * 256]);
     tiled.tags.retain(|t| t.0 != 278);
-    tiled.tags.extend([(322, 32), (323, 32), (324, 8), (325, 1024), (273, 8)]);
-    let tiled = TiffPage { tags: tiled.tags.into_iter().filter(|t| t.0 != 273).collect(), ..tiled };
+    tiled.tags.extend([(322, 32), (323, 32), (324, 8), (325, 1024)]);
     let packed = zlib(&[5; 40]);
     let mut deflated = gray_page(5, 8, 8, &packed);
     deflated.tags.retain(|t| t.0 != 259);
@@ -71,6 +72,10 @@ fn samples() -> Vec<(String, Vec<u8>)> {
         ("t.mha".into(), mha("BinaryData = False\nHeaderSize = -1\n", numbers.as_bytes())),
         ("a.vtk".into(), vtk("BINARY", &data)),
         ("t.vtk".into(), vtk("ASCII", numbers.as_bytes())),
+        (
+            "field.vtk".into(),
+            [&fields[..at], b"FIELD f 2\nt 1 1 int\n7\nv 2 2 float\n1 2 3 4\n", &fields[at..]].concat(),
+        ),
         (
             "a.tif".into(),
             tiff_file(true, &[gray_page(3, 4, 16, &data[..24]), gray_page(3, 4, 16, &data[24..])]),

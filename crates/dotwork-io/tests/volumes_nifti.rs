@@ -6,12 +6,9 @@ mod volume_common;
 use dotwork_io::volume::VolumeOptions;
 use dotwork_volume::{SampleType, Scaling, Space, Unit};
 use volume_common::{
-    Nifti, close, columns, fact, gzip, int16, numbers, read, read_among, read_quietly, refusal, refusal_among,
+    Nifti, close, columns, counting, fact, gzip, int16, numbers, read, read_among, read_quietly, refusal,
+    refusal_among,
 };
-
-fn counting() -> Vec<f64> {
-    (0..24).map(f64::from).collect()
-}
 
 #[test]
 fn both_versions_byte_orders_and_wrappings() {

@@ -128,7 +128,8 @@ impl Mesh {
     ///    instead if they are given, brought to unit length; they turn with their faces, and computed ones stand in
     ///    for those that are zero or not finite.
     ///
-    /// Colours or normals that are not one for each position are ignored with a warning. What remains keeps its order, so a clean mesh keeps its indices. Every change adds a warning.
+    /// Colours or normals that are not one for each position are ignored with a warning. What remains keeps its order,
+    /// so a clean mesh keeps its indices. Every change adds a warning.
     ///
     /// # Winding
     ///

@@ -99,11 +99,11 @@ pub(crate) fn completed(
     computed: impl FnOnce() -> Vec<Vec3>,
     warnings: &mut Warnings,
 ) -> Vec<Vec3> {
-    // In double precision, since squares of short normals vanish in single.
     let mut computed = Some(computed);
     let mut stand_in: Vec<Vec3> = Vec::new();
     let (mut count, mut first) = (0, None);
     for (v, normal) in given.iter_mut().enumerate() {
+        // In double precision, since squares of short normals vanish in single.
         *normal = match normal.as_dvec3().try_normalize() {
             Some(unit) => unit.as_vec3(),
             None => {

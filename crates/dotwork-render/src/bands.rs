@@ -8,13 +8,16 @@ pub(crate) const BAND_ROWS: usize = 32;
 /// Items a chunk sorts at a time.
 const CHUNK: usize = 8192;
 
-/// First and last of the pixels `0..size` whose centres lie in `low..=high`, in pixels; `None` if there are none.
+/// First and last of the pixels `0..size` whose centres lie in `low..=high`, in pixels; `None` if there are none, or if
+/// a bound is no number.
 ///
 /// Without `floor` and `ceil`, which are calls on processors that the compiler may not assume more of.
 #[inline(always)]
 pub(crate) fn centers(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
-    // Casts truncate towards zero and saturate; `v > −1` is all that matters below zero.
-    let (low, high) = ((low - 0.5).max(-0.5), (high - 0.5).min(size as f32 - 1.0));
+    // Casts truncate towards zero, and saturated ones could not be stepped on from: so the bounds are cut to the page
+    // first, in an order in which what is no number becomes an empty range.
+    let low = (low - 0.5).min(size as f32).max(-0.5);
+    let high = (high - 0.5).max(-1.0).min(size as f32 - 1.0);
     let first = low as i32;
     let first = first + i32::from(low > first as f32);
     let last = high as i32;
@@ -74,7 +77,12 @@ mod tests {
         assert_eq!(centers(-50.0, -3.0, 10), None);
         assert_eq!(centers(8.6, 99.0, 10), Some((9, 9)));
         assert_eq!(centers(9.6, 99.0, 10), None);
-        assert_eq!(centers(f32::NAN, 5.0, 10), Some((0, 4)));
+        assert_eq!(centers(f32::NEG_INFINITY, f32::INFINITY, 10), Some((0, 9)));
+        for far in [1e12, f32::MAX, f32::INFINITY, f32::NAN] {
+            assert_eq!((centers(far, far, 10), centers(-far, -far, 10)), (None, None), "{far}");
+        }
+        assert_eq!((centers(f32::NAN, 5.0, 10), centers(0.0, f32::NAN, 10)), (None, None));
+        assert_eq!(centers(-1.0, 1.0, 0), None);
     }
 
     #[test]

@@ -19,6 +19,10 @@ pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
 /// Smallest and largest [`Camera::zoom`] that can be asked for.
 pub const ZOOM: (f32, f32) = (1e-3, 1e6);
 
+/// An object farther from the first than this many of its own radii stays in its own coordinates: relative to the
+/// first one's origin, single precision would leave too few places across it.
+const FARTHEST: f64 = 1e5;
+
 /// Stipples of the first, small bake that tells how many are needed.
 const PILOT_STIPPLES: usize = 16_384;
 
@@ -142,6 +146,27 @@ impl Object {
         Ok(())
     }
 
+    /// Takes coordinates relative to `origin` from now on, so that the object lies where it should beside others.
+    /// False if it is too far away for that; then it stays as it is.
+    fn move_origin(&mut self, origin: [f64; 3]) -> bool {
+        let shift = [0, 1, 2].map(|k| self.mesh.origin[k] - origin[k]);
+        if shift == [0.0; 3] {
+            return true;
+        }
+        let farthest = FARTHEST * f64::from(self.mesh.bounding_sphere().1);
+        // Written so that a shift that is no number fails as well.
+        if !shift.iter().all(|s| s.abs() <= farthest) {
+            return false;
+        }
+        let mesh = Arc::make_mut(&mut self.mesh);
+        for p in &mut mesh.positions {
+            *p = Vec3::from_array([0, 1, 2].map(|k| (f64::from(p[k]) + shift[k]) as f32));
+        }
+        mesh.origin = origin;
+        self.stock = self.stock.take().map(|s| Arc::new(Stock::on_mesh(s.baked.clone(), mesh)));
+        true
+    }
+
     /// Bakes `count` stipples.
     fn bake(&mut self, count: usize, seed: u32, progress: &mut dyn FnMut(f32)) {
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
@@ -153,7 +178,8 @@ impl Object {
 /// Everything a drawing depends on.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The objects, drawn in this order.
+    /// The objects, drawn in this order. Their coordinates must be relative to the same [`Mesh::origin`], as
+    /// [`Scene::add`] sees to.
     pub objects: Vec<Object>,
     /// Where the eye stands.
     pub camera: Camera,
@@ -165,7 +191,7 @@ pub struct Scene {
     pub stipples: Stipples,
     /// Seed of every random choice.
     pub seed: u32,
-    /// A scale bar; drawn only in a parallel view.
+    /// A scale bar; left out of the drawing where [`Scene::scale_bar_strokes`] has an error, as in perspective.
     pub scale_bar: Option<ScaleBar>,
     /// Diameters in millimetres of the pens that files are written for; empty: dots of any size.
     pub pens: Vec<f32>,
@@ -177,14 +203,23 @@ impl Scene {
         Scene { objects: vec![object], ..Scene::default() }
     }
 
-    /// Adds an object; if its name is taken it becomes `NAME-2`, `NAME-3`, ….
-    pub fn add(&mut self, mut object: Object) {
+    /// Adds an object; if its name is taken it becomes `NAME-2`, `NAME-3`, …. Its coordinates become relative to the
+    /// first object's origin, so that both lie where their files say. False if it lies too far from the first for
+    /// that (over 100,000 times its own size): it is then drawn about its own origin, as if that were the first one's.
+    pub fn add(&mut self, mut object: Object) -> bool {
         let taken = |name: &str| self.objects.iter().any(|o| o.name == name);
         if taken(&object.name) {
             let free = (2..).map(|k| format!("{}-{k}", object.name)).find(|name| !taken(name));
             object.name = free.unwrap_or_default();
         }
+        self.push(object)
+    }
+
+    /// As [`Scene::add`], under the name that the object has.
+    pub(crate) fn push(&mut self, mut object: Object) -> bool {
+        let together = self.objects.first().is_none_or(|first| object.move_origin(first.mesh.origin));
         self.objects.push(object);
+        together
     }
 
     /// Centre and radius of a sphere around all objects, object units.

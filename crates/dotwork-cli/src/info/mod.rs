@@ -26,7 +26,7 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
             describe_mesh(&args.input, format, &facts, &found, &object)
         }
         Loaded::Volume(input) => volume::describe(&input),
-        Loaded::Scene(scene) => describe_dots(&args.input, &scene),
+        Loaded::Scene { scene, .. } => describe_dots(&args.input, &scene),
         Loaded::Plate(plate) => describe_plate(&args.input, &plate),
     };
     value["warnings"] = warnings.iter().map(|w| json!(w.to_string())).collect();

@@ -210,7 +210,7 @@ impl Content {
             let Range { start: mut from, end } = strokes.points(k);
             while from < end {
                 let to = (from..end).find(|i| !drawable(i)).unwrap_or(end);
-                if from + 1 < to {
+                if from < to {
                     runs.cut(strokes, from..to, opacity);
                     self.runs(&runs);
                 }
@@ -304,7 +304,7 @@ struct Run {
 }
 
 impl Runs {
-    /// Cuts the line through the points `piece`, at least two.
+    /// Cuts the line through the points `piece`, at least one.
     fn cut(&mut self, strokes: &Strokes, piece: Range<usize>, opacity: &dyn Fn(f32) -> f32) {
         let at = |i: usize| [strokes.x[i], strokes.y[i]];
         let state = |i: usize| [strokes.width[i].max(0.0), strokes.darkness[i].clamp(0.0, 1.0)];
@@ -314,6 +314,13 @@ impl Runs {
         // Sums of the present run: length, and width and opacity weighted by it; and how the run began.
         let (mut sums, mut first) = ([0.0f32; 3], [0.0; 2]);
         let mut start = 0;
+        if piece.len() == 1 {
+            // A line of no length, which round caps make a disc: the points of a label.
+            let [width, darkness] = state(piece.start);
+            self.points.push(at(piece.start));
+            self.list.push(Run { start, end: 2, width, opacity: opacity(darkness) });
+            return;
+        }
         let mut end_run = |points: &[[f32; 2]], start: usize, sums: &[f32; 3], first: [f32; 2]| {
             let mean = if sums[0] > 0.0 { [sums[1] / sums[0], sums[2] / sums[0]] } else { first };
             self.list.push(Run { start, end: points.len(), width: mean[0], opacity: mean[1] });

@@ -144,7 +144,7 @@ fn draw<W: Write>(
     content.operators(format!("{scale} 0 0 -{scale} 0 {height} cm\n1 J 1 j\n"));
     let mut layers = Vec::new();
     for (index, layer) in drawing.layers.iter().enumerate() {
-        let image = layer.image.as_ref().filter(|image| image::drawable(image));
+        let image = layer.image.as_ref().filter(|image| image.is_drawable());
         if layer.dots.is_empty() && layer.strokes.is_empty() && image.is_none() {
             continue;
         }
@@ -205,7 +205,7 @@ fn optional_content(layers: &[Group]) -> String {
 }
 
 fn write_image<W: Write>(file: &mut Objects<W>, image: &Image, paper: Color) -> io::Result<Id> {
-    let samples = image::encode(image, paper);
+    let samples = crate::samples::encode(image, paper);
     let mut write = |channels: usize, bytes: &[u8], mask: Option<Id>| -> io::Result<Id> {
         let id = file.reserve();
         let space = if channels == 1 { "DeviceGray" } else { "DeviceRGB" };

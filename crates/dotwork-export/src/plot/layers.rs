@@ -1,19 +1,19 @@
 //! One layer for each pen and colour.
 
-use dotwork_drawing::{Drawing, Layer, Strokes, Warnings};
+use dotwork_drawing::{Drawing, Layer, Warnings};
 
 /// Gathers the marks of `drawing` so that each layer is what one pen draws in one colour.
 ///
 /// Colours come in the order in which they first appear, their pens from the smallest to the largest, layers without a
-/// pen last. Marks keep their order. Images are left out, with a warning, and marks of partial strength are said to be
-/// drawn in full: a pen has one ink. See [`crate::assign_pens`] to choose pens first.
+/// pen last. Marks keep their order. Images are left out and marks of partial strength get their full one, each with a
+/// warning: a pen has one ink. See [`crate::assign_pens`] to choose pens first.
 pub fn plotter_layers(drawing: &Drawing) -> (Drawing, Warnings) {
     let mut warnings = Warnings::new();
     let mut plot = Drawing::new(drawing.page, drawing.paper);
     let mut colors = Vec::new();
     for layer in &drawing.layers {
         if layer.image.is_some() {
-            let what = "image left out: a pen cannot draw it";
+            let what = "images left out: a pen cannot draw them";
             warnings.counted(what, 1, Some(format!("layer of {}", layer.object)));
         }
         if layer.dots.is_empty() && layer.strokes.is_empty() {
@@ -25,7 +25,15 @@ pub fn plotter_layers(drawing: &Drawing) -> (Drawing, Warnings) {
         let same = |l: &&mut Layer| l.color == layer.color && l.pen_mm == layer.pen_mm;
         match plot.layers.iter_mut().find(same) {
             Some(to) => append(to, layer),
-            None => plot.layers.push(Layer { image: None, ..layer.clone() }),
+            // All but the image, which may be large.
+            None => plot.layers.push(Layer {
+                object: layer.object.clone(),
+                color: layer.color,
+                pen_mm: layer.pen_mm,
+                image: None,
+                dots: layer.dots.clone(),
+                strokes: layer.strokes.clone(),
+            }),
         }
     }
     plot.layers.sort_by(|a, b| {
@@ -33,14 +41,23 @@ pub fn plotter_layers(drawing: &Drawing) -> (Drawing, Warnings) {
         let (a, b) = (key(a), key(b));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
-    let mut partial = 0;
+    let (mut dots, mut strokes) = (0, 0);
     for layer in &mut plot.layers {
         for ink in layer.dots.ink.iter_mut().filter(|ink| **ink > 0.0 && **ink < 1.0) {
-            partial += 1;
+            dots += 1;
             *ink = 1.0;
         }
+        for k in 0..layer.strokes.len() {
+            let points = layer.strokes.points(k);
+            let darkness = &mut layer.strokes.darkness[points];
+            if darkness.iter().any(|&d| d > 0.0) && darkness.iter().any(|&d| d < 1.0) {
+                strokes += 1;
+                darkness.fill(1.0);
+            }
+        }
     }
-    warnings.counted("dots of partial strength, which a pen draws in full", partial, None);
+    warnings.counted("dots of partial strength, which a pen draws in full", dots, None);
+    warnings.counted("strokes of partial strength, which a pen draws in full", strokes, None);
     (plot, warnings)
 }
 
@@ -49,16 +66,7 @@ fn append(to: &mut Layer, layer: &Layer) {
         to.object = format!("{}, {}", to.object, layer.object);
     }
     to.dots.extend_from(&layer.dots);
-    let base = to.strokes.x.len() as u32;
-    let Strokes { x, y, depth, width, darkness, end, id, kind } = &layer.strokes;
-    to.strokes.x.extend_from_slice(x);
-    to.strokes.y.extend_from_slice(y);
-    to.strokes.depth.extend_from_slice(depth);
-    to.strokes.width.extend_from_slice(width);
-    to.strokes.darkness.extend_from_slice(darkness);
-    to.strokes.end.extend(end.iter().map(|end| base + end));
-    to.strokes.id.extend_from_slice(id);
-    to.strokes.kind.extend_from_slice(kind);
+    to.strokes.extend_from(&layer.strokes);
 }
 
 #[cfg(test)]
@@ -110,9 +118,25 @@ mod tests {
         assert_eq!(
             said,
             [
-                "image left out: a pen cannot draw it (layer of b)",
+                "images left out: a pen cannot draw them (layer of b)",
                 "3 dots of partial strength, which a pen draws in full"
             ]
         );
+    }
+
+    #[test]
+    fn strokes_of_partial_strength_are_drawn_in_full() {
+        let mut drawing = Drawing::new(Page::default(), Color::WHITE);
+        let mut layer = Layer::default();
+        for id in 0..4 {
+            layer.strokes.push_line(StrokeKind::Crease, id, 1.0, [[1.0, 2.0], [3.0, 4.0]]);
+        }
+        // Whole, fading out, faint, not there at all.
+        layer.strokes.darkness[2..].copy_from_slice(&[1.0, 0.0, 0.5, 0.5, 0.0, 0.0]);
+        drawing.layers.push(layer);
+        let (plot, warnings) = plotter_layers(&drawing);
+        assert_eq!(plot.layers[0].strokes.darkness, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+        let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(said, ["2 strokes of partial strength, which a pen draws in full"]);
     }
 }

@@ -72,6 +72,11 @@ fn other_files_are_no_plates() {
     let svg = b"\xef\xbb\xbf <?xml version=\"1.0\"?>\n<!-- <a> -->\n<!DOCTYPE svg PUBLIC \"x\" \"y\">\n<svg>";
     assert_eq!(is_plate(svg), Some("SVG"));
     assert_eq!(embedded_settings(svg), None);
+    // Entities of its own, as Adobe's programs write them.
+    let svg =
+        b"<!DOCTYPE svg PUBLIC \"x\" \"y\" [\n<!ENTITY ns_svg \"http://www.w3.org/2000/svg\">\n]>\n<svg>";
+    assert_eq!(is_plate(svg), Some("SVG"));
+    assert_eq!(is_plate(b"<!DOCTYPE svg [<!ENTITY a \"b\"><svg>"), None);
 }
 
 #[test]

@@ -112,7 +112,7 @@ fn spots(sheet: &Sheet<'_>, dots: &Dots) -> Vec<Spot> {
     let n = dots.len();
     let (x, y, radius, ink) = (&dots.x[..n], &dots.y[..n], &dots.radius[..n], &dots.ink[..n]);
     let full = OPACITY_STEPS as u64;
-    // The opacities of the layer, as strength over [`OPACITY_STEPS`] is spent.
+    // Opacity that rounding to levels still owes to the dots that follow.
     let mut owed = 0.0;
     let mut spots = Vec::with_capacity(n);
     for i in 0..n {

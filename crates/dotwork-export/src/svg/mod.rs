@@ -50,8 +50,8 @@ pub struct SvgOptions<'a> {
     /// How dots are written.
     pub touch: Touch,
     /// For a pen plotter: layers are numbered, marks keep their order (see [`crate::plot`]), all marks of a layer have
-    /// one width and full strength (its pen's, or the mean of its marks), no stroke is cut, and paper and images are
-    /// left out.
+    /// its pen's width (without a pen the dots their mean, and each stroke its own) and full strength, no stroke is
+    /// cut where its width changes, and paper and images are left out.
     pub plotter: bool,
 }
 
@@ -66,8 +66,8 @@ impl<'a> SvgOptions<'a> {
 ///
 /// Dots of a layer are united, whatever their order. Sizes are rounded to micrometres so that their mean area is kept;
 /// very many different sizes (over some 4000 with strengths counted) are rounded to a few micrometres. Marks that are not
-/// finite, that have no size or ink, or that lie wholly off the page are left out. The same drawing gives the same
-/// bytes everywhere.
+/// finite or have no size or ink are left out, and so are dots that lie wholly off the page and points of strokes more
+/// than ten pages away. The same drawing gives the same bytes everywhere.
 ///
 /// # Errors
 /// What the writer refuses.

@@ -2,8 +2,8 @@
 //!
 //! A buffer is fetched when something drawn first needs it, so that buffers for pictures or animations may be missing.
 
-use std::cell::{OnceCell, RefCell};
-use std::collections::HashMap;
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -18,23 +18,25 @@ pub(super) struct Buffers<'a> {
     folder: PathBuf,
     chunk: Option<&'a [u8]>,
     fetched: Vec<OnceCell<Content<'a>>>,
-    /// Files read, by name and length: a hostile file may name one a thousand times.
-    files: RefCell<Files>,
+    /// Files read, by their resolved paths: a hostile file may name one a thousand times, in as many ways.
+    files: RefCell<HashMap<PathBuf, Rc<[u8]>>>,
+    /// Bytes in `files`.
+    bytes_read: Cell<u64>,
 }
-
-/// The first so many bytes of files.
-type Files = HashMap<(PathBuf, u64), Rc<[u8]>>;
 
 enum Content<'a> {
     Chunk(&'a [u8]),
-    Own(Rc<[u8]>),
+    Own(Vec<u8>),
+    /// The first so many bytes of a file.
+    File(Rc<[u8]>, usize),
 }
 
 impl<'a> Buffers<'a> {
     /// Buffers that are yet to be fetched: `chunk` is that of the GLB file.
     pub(super) fn new(folder: &Path, chunk: Option<&'a [u8]>, count: usize) -> Self {
         let fetched = (0..count).map(|_| OnceCell::new()).collect();
-        Buffers { folder: folder.into(), chunk, fetched, files: RefCell::default() }
+        let (files, bytes_read) = Default::default();
+        Buffers { folder: folder.into(), chunk, fetched, files, bytes_read }
     }
 
     /// The content of a buffer, of its declared length.
@@ -46,31 +48,37 @@ impl<'a> Buffers<'a> {
         let content = match cell.get() {
             Some(content) => content,
             None => {
-                let content =
-                    self.fetch(buffer, index).map_err(|r| ReadErrorKind::at_item("buffer", index, r))?;
+                let content = self
+                    .fetch(json, buffer, index)
+                    .map_err(|reason| ReadErrorKind::at_item("buffer", index, reason))?;
                 cell.get_or_init(|| content)
             }
         };
         Ok(match content {
             Content::Chunk(bytes) => bytes,
             Content::Own(bytes) => bytes,
+            Content::File(bytes, length) => &bytes[..*length],
         })
     }
 
     /// Bytes read from files beside the document so far.
     pub(super) fn bytes_read(&self) -> u64 {
-        self.files.borrow().values().map(|file| file.len() as u64).sum()
+        self.bytes_read.get()
     }
 
-    /// Adds the files read so far, in the order of their names.
+    /// Adds the buffers that were read from files, in their order, each file once.
     pub(super) fn add_to(&self, sum: &mut Checksum) {
-        let files = self.files.borrow();
-        let mut files: Vec<_> = files.iter().collect();
-        files.sort_by_key(|(name, _)| *name);
-        files.iter().for_each(|(_, content)| sum.update(content));
+        let mut seen = HashSet::new();
+        for content in self.fetched.iter().filter_map(OnceCell::get) {
+            if let Content::File(bytes, _) = content
+                && seen.insert(bytes.as_ptr())
+            {
+                sum.update(bytes);
+            }
+        }
     }
 
-    fn fetch(&self, buffer: &Buffer, index: usize) -> Result<Content<'a>, String> {
+    fn fetch(&self, json: &Json, buffer: &Buffer, index: usize) -> Result<Content<'a>, String> {
         let declared = buffer.byte_length;
         let cut = |there: usize| match usize::try_from(declared) {
             Ok(length) if length <= there => Ok(length),
@@ -85,41 +93,46 @@ impl<'a> Buffers<'a> {
         if let Some(data) = uri.0.get(..5).filter(|s| s.eq_ignore_ascii_case("data:")).map(|_| &uri.0[5..]) {
             let mut bytes = data_uri(data)?;
             bytes.truncate(cut(bytes.len())?);
-            return Ok(Content::Own(bytes.into()));
+            return Ok(Content::Own(bytes));
         }
         let quoted = quote(uri.0.as_bytes());
         let path = relative_path(&uri.0).map_err(|reason| format!("{quoted} {reason}"))?;
-        let key = (self.folder.join(path), declared);
-        if let Some(file) = self.files.borrow().get(&key) {
-            return Ok(Content::Own(Rc::clone(file)));
-        }
-        let bytes: Rc<[u8]> =
-            read_file(&key.0, declared).map_err(|reason| format!("{quoted}: {reason}"))?.into();
-        self.files.borrow_mut().insert(key, Rc::clone(&bytes));
-        Ok(Content::Own(bytes))
+        self.file(json, &self.folder.join(path), declared).map_err(|reason| format!("{quoted}: {reason}"))
     }
-}
 
-/// The first `declared` bytes of a file that holds at least so many.
-fn read_file(path: &Path, declared: u64) -> Result<Vec<u8>, String> {
-    let said = |e: io::Error| match e.kind() {
-        io::ErrorKind::NotFound => "no such file".to_owned(),
-        _ => format!("cannot be read: {e}"),
-    };
-    let metadata = std::fs::metadata(path).map_err(said)?;
-    if !metadata.is_file() {
-        return Err("is not a regular file".into());
+    /// The first `declared` bytes of a file that holds at least so many.
+    fn file(&self, json: &Json, path: &Path, declared: u64) -> Result<Content<'a>, String> {
+        let said = |e: io::Error| match e.kind() {
+            io::ErrorKind::NotFound => "no such file".to_owned(),
+            _ => format!("cannot be read: {e}"),
+        };
+        let path = std::fs::canonicalize(path).map_err(said)?;
+        let metadata = std::fs::metadata(&path).map_err(said)?;
+        if !metadata.is_file() {
+            return Err("is not a regular file".into());
+        }
+        let there = metadata.len();
+        if there < declared {
+            return Err(format!("{declared} bytes declared, but the file has {there}"));
+        }
+        let mut files = self.files.borrow_mut();
+        if let Some(bytes) = files.get(&path).filter(|bytes| bytes.len() as u64 >= declared) {
+            return Ok(Content::File(Rc::clone(bytes), declared as usize));
+        }
+        // As much as any buffer may want of it, so that once is enough.
+        let wanted = json.buffers.iter().map(|b| b.byte_length).filter(|&length| length <= there).max();
+        let wanted = wanted.unwrap_or(declared);
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(wanted as usize).map_err(|_| format!("{wanted} bytes are too many"))?;
+        File::open(&path).map_err(said)?.take(wanted).read_to_end(&mut bytes).map_err(said)?;
+        if bytes.len() as u64 != wanted {
+            return Err("became shorter while it was read".into());
+        }
+        let bytes: Rc<[u8]> = bytes.into();
+        self.bytes_read.set(self.bytes_read.get() + wanted);
+        files.insert(path, Rc::clone(&bytes));
+        Ok(Content::File(bytes, declared as usize))
     }
-    if metadata.len() < declared {
-        return Err(format!("{declared} bytes declared, but the file has {}", metadata.len()));
-    }
-    let mut bytes = Vec::new();
-    bytes.try_reserve_exact(declared as usize).map_err(|_| format!("{declared} bytes are too many"))?;
-    File::open(path).map_err(said)?.take(declared).read_to_end(&mut bytes).map_err(said)?;
-    if bytes.len() as u64 != declared {
-        return Err("became shorter while it was read".into());
-    }
-    Ok(bytes)
 }
 
 /// The path that a relative URI names.

@@ -1,14 +1,21 @@
 //! What a glTF file holds besides the mesh that is read from it: for people who ask what is in a file.
 
+use std::fmt;
+use std::marker::PhantomData;
+
 use dotwork_drawing::Warnings;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
 
 use super::container;
 use crate::error::one_line;
 
 /// Names and numbers shown of a list at most.
 const SHOWN: usize = 12;
+
+/// Characters shown of a name, and of a longer text.
+const NAME: usize = 60;
+const TEXT: usize = 120;
 
 /// The JSON as far as it is counted. Values that do not matter take no memory.
 #[derive(Deserialize, Default)]
@@ -21,10 +28,10 @@ struct Counted {
     materials: Vec<IgnoredAny>,
     images: Vec<IgnoredAny>,
     cameras: Vec<IgnoredAny>,
-    skins: Vec<Skin>,
-    animations: Vec<Animation>,
+    skins: Beginning<Skin>,
+    animations: Beginning<Animation>,
     accessors: Vec<Accessor>,
-    extensions_used: Vec<String>,
+    extensions_used: Beginning<String>,
 }
 
 #[derive(Deserialize, Default)]
@@ -69,7 +76,57 @@ struct Sampler {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 struct Accessor {
-    max: Option<Vec<f64>>,
+    max: Beginning<f64>,
+}
+
+/// The first items of a list, and how many it has: what is not shown takes no memory.
+struct Beginning<T> {
+    items: Vec<T>,
+    count: usize,
+}
+
+impl<T> Default for Beginning<T> {
+    fn default() -> Self {
+        Beginning { items: Vec::new(), count: 0 }
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Beginning<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for List<T> {
+            type Value = Beginning<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Beginning<T>, A::Error> {
+                let mut items = Vec::new();
+                while items.len() < SHOWN {
+                    let Some(item) = list.next_element()? else { break };
+                    items.push(item);
+                }
+                let mut count = items.len();
+                while list.next_element::<IgnoredAny>()?.is_some() {
+                    count += 1;
+                }
+                Ok(Beginning { items, count })
+            }
+        }
+        deserializer.deserialize_seq(List(PhantomData))
+    }
+}
+
+impl<T> Beginning<T> {
+    /// The items in words, and how many more there are.
+    fn listed(&self, words: impl Fn((usize, &T)) -> String) -> String {
+        let mut text = self.items.iter().enumerate().map(words).collect::<Vec<_>>().join(", ");
+        if self.count > self.items.len() {
+            text += &format!(", and {} more", self.count - self.items.len());
+        }
+        text
+    }
 }
 
 /// Names and values, for people; nothing if the JSON is not that of a glTF file.
@@ -83,10 +140,11 @@ pub(crate) fn facts(bytes: &[u8]) -> Vec<(String, String)> {
             facts.push((name.to_string(), one_line(&value)));
         }
     };
+    let start = |text: &str, length| text.chars().take(length).collect::<String>();
     let Asset { version, generator, copyright } = &counted.asset;
-    fact("version", version.clone());
-    fact("made by", generator.chars().take(120).collect());
-    fact("copyright", copyright.chars().take(120).collect());
+    fact("version", start(version, NAME));
+    fact("made by", start(generator, TEXT));
+    fact("copyright", start(copyright, TEXT));
     let primitives: usize = counted.meshes.iter().map(|m| m.primitives.len()).sum();
     let count = |n: usize, one: &str, many: &str| match n {
         0 => None,
@@ -103,33 +161,21 @@ pub(crate) fn facts(bytes: &[u8]) -> Vec<(String, String)> {
         count(counted.cameras.len(), "camera", "cameras"),
     ];
     fact("contents", parts.into_iter().flatten().collect::<Vec<_>>().join(", "));
-    let joints: Vec<String> = counted.skins.iter().map(|s| format!("{} joints", s.joints.len())).collect();
-    fact("skins", listed(&joints));
+    let joints = |n: usize| count(n, "joint", "joints").unwrap_or_else(|| "no joints".into());
+    fact("skins", counted.skins.listed(|(_, skin)| joints(skin.joints.len())));
     let targets = counted.meshes.iter().flat_map(|m| &m.primitives).map(|p| p.targets.len()).max();
     fact("morph targets", targets.filter(|&n| n > 0).map_or(String::new(), |n| n.to_string()));
-    let animations: Vec<String> = counted
-        .animations
-        .iter()
-        .enumerate()
-        .map(|(k, animation)| {
-            let name = if animation.name.is_empty() { k.to_string() } else { animation.name.clone() };
-            let ends = animation.samplers.iter().filter_map(|s| {
-                counted.accessors.get(s.input)?.max.as_ref()?.first().copied().filter(|t| t.is_finite())
-            });
-            format!("{} ({:.3} s)", name.chars().take(60).collect::<String>(), ends.fold(0.0, f64::max))
-        })
-        .collect();
-    fact("animations", listed(&animations));
-    fact("extensions", listed(&counted.extensions_used));
+    let seconds = |animation: &Animation| {
+        let end = |s: &Sampler| counted.accessors.get(s.input)?.max.items.first().copied();
+        animation.samplers.iter().filter_map(end).filter(|t| t.is_finite()).fold(0.0, f64::max)
+    };
+    let animation = |(k, animation): (usize, &Animation)| {
+        let name = if animation.name.is_empty() { k.to_string() } else { start(&animation.name, NAME) };
+        format!("{name} ({:.3} s)", seconds(animation))
+    };
+    fact("animations", counted.animations.listed(animation));
+    fact("extensions", counted.extensions_used.listed(|(_, name)| start(name, NAME)));
     facts
-}
-
-fn listed(items: &[String]) -> String {
-    let mut text = items.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
-    if items.len() > SHOWN {
-        text += &format!(", and {} more", items.len() - SHOWN);
-    }
-    text
 }
 
 #[cfg(test)]
@@ -150,6 +196,26 @@ mod tests {
         assert_eq!(value("morph targets"), Some("2"));
         assert_eq!(value("animations"), Some("Walk (2.500 s), 1 (0.000 s)"));
         assert_eq!(value("extensions"), None);
+    }
+
+    #[test]
+    fn long_lists_and_names_are_shortened() {
+        let many = |item: &str| vec![item; 100].join(",");
+        let json = format!(
+            r#"{{"asset":{{"version":"2.{0}"}},"extensionsUsed":["{0}",{1}],"animations":[{2}],
+            "skins":[{{"joints":[1]}},{2}],"accessors":[{{"max":[{3}]}}]}}"#,
+            "x".repeat(5000),
+            many("\"a\""),
+            many("{}"),
+            many("1"),
+        );
+        let facts = facts(json.as_bytes());
+        assert_eq!(facts.len(), 4);
+        assert!(facts.iter().all(|(_, value)| value.len() < 300), "{facts:?}");
+        let value = |name: &str| facts.iter().find(|(n, _)| n == name).unwrap().1.as_str();
+        assert!(value("skins").starts_with("1 joint, no joints, "));
+        assert!(value("skins").ends_with(", and 89 more"));
+        assert!(value("animations").ends_with("11 (0.000 s), and 88 more"));
     }
 
     #[test]

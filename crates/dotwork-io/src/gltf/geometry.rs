@@ -1,7 +1,6 @@
 //! From a document and a pose to one mesh in the space of the scene.
 //!
-//! Primitives of a node that share their vertices share them here too. Instances are copied, and a small file may name
-//! a large mesh many times: what is drawn may take 128 MiB or 200 times the file with its buffers, whichever is more.
+//! Primitives of a node that share their vertices share them here too. Instances are copied, within a [`Budget`].
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -12,19 +11,12 @@ use dotwork_mesh::RawMesh;
 use glam::{DAffine3, DVec3};
 
 use super::Document;
+use super::budget::{Budget, LIST_CORNER, MOVED_VERTEX, PRIMITIVE, STRIP_CORNER, VERTEX};
 use super::json::{Attributes, Primitive, Shape, Target};
 use super::nodes::{Pose, missing};
 use super::skin::{Skinning, joint_transforms};
 use crate::error::ReadErrorKind;
 use crate::gather::{AXES, Coordinates, Faces, check_vertex_count};
-
-const SMALLEST_LIMIT: u64 = 128 << 20;
-const RATIO_LIMIT: u64 = 200;
-
-/// Bytes for a vertex while a mesh is made: in double and in single precision, and its colour.
-const VERTEX: u64 = 40;
-/// Bytes for a corner of a triangle, or rather more: those of a strip stand for three.
-const CORNER: u64 = 12;
 
 const WHITE: [u8; 4] = [255; 4];
 
@@ -57,6 +49,7 @@ struct Drawing {
     left_over: u64,
     /// Joints of the skins met so far.
     skins: HashMap<u32, Rc<[DAffine3]>>,
+    budget: Budget,
 }
 
 /// The vertices of a primitive in [`Drawing`].
@@ -82,6 +75,9 @@ impl Drawing {
         };
         let mut placed: HashMap<(Attributes, &[Target]), Vertices> = HashMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
+            // Targets are compared with those of the primitives before.
+            let key_length = size_of_val(&*primitive.targets) as u64;
+            self.budget.charge(document, 1, PRIMITIVE + key_length)?;
             let fail =
                 |reason: String| ReadErrorKind::at_item("mesh", index, format!("primitive {p}: {reason}"));
             let mode = primitive.mode.unwrap_or(TRIANGLES);
@@ -125,11 +121,12 @@ impl Drawing {
     ) -> Result<Vertices, ReadErrorKind> {
         let elements = document.elements(position, &[Shape::Vec3], None)?;
         let count = elements.count;
-        self.check_limit(document, count as u64 * VERTEX)?;
+        self.budget.charge(document, count, VERTEX)?;
         check_vertex_count((self.positions.len() + count) as u64)?;
         let mut local = elements.floats::<3>();
         for (target, &weight) in primitive.targets.iter().zip(weights) {
             let Some(accessor) = target.position.filter(|_| weight != 0.0) else { continue };
+            self.budget.charge(document, count, MOVED_VERTEX)?;
             let moves = document.elements(accessor, &[Shape::Vec3], Some(count))?.floats::<3>();
             for (position, by) in local.iter_mut().zip(&moves) {
                 for k in 0..3 {
@@ -144,9 +141,12 @@ impl Drawing {
             Some(skin) => {
                 let joints = match self.skins.get(&skin) {
                     Some(joints) => Rc::clone(joints),
-                    None => joint_transforms(document, pose, skin)?,
+                    None => {
+                        let joints = joint_transforms(document, pose, skin, &mut self.budget)?;
+                        self.skins.insert(skin, Rc::clone(&joints));
+                        joints
+                    }
                 };
-                self.skins.insert(skin, Rc::clone(&joints));
                 Skinning::new(document, joints, &primitive.attributes, count)?
             }
             None => None,
@@ -199,14 +199,15 @@ impl Drawing {
         vertices: Vertices,
         fail: impl Fn(String) -> ReadErrorKind,
     ) -> Result<(), ReadErrorKind> {
+        let cost = if mode == TRIANGLES { LIST_CORNER } else { STRIP_CORNER };
         let mut corners: Vec<u32> = match primitive.indices {
             Some(accessor) => {
                 let elements = document.elements(accessor, &[Shape::Scalar], None)?;
-                self.check_limit(document, elements.count as u64 * CORNER)?;
+                self.budget.charge(document, elements.count, cost)?;
                 elements.integers::<1>().into_iter().map(|[index]| index).collect()
             }
             None => {
-                self.check_limit(document, u64::from(vertices.count) * CORNER)?;
+                self.budget.charge(document, vertices.count as usize, cost)?;
                 (0..vertices.count).collect()
             }
         };
@@ -234,18 +235,6 @@ impl Drawing {
             self.faces.triangles[first..].iter_mut().for_each(|t| t.swap(1, 2));
         }
         Ok(())
-    }
-
-    /// Refuses to grow by `more` bytes beyond what the file can mean.
-    fn check_limit(&self, document: &Document, more: u64) -> Result<(), ReadErrorKind> {
-        let so_far = self.positions.len() as u64 * VERTEX + self.faces.triangles.len() as u64 * CORNER;
-        let file = document.length as u64 + document.buffers.bytes_read();
-        let limit = SMALLEST_LIMIT.max(RATIO_LIMIT.saturating_mul(file));
-        if so_far + more <= limit {
-            return Ok(());
-        }
-        let limit = limit >> 20;
-        Err(ReadErrorKind::TooLarge(format!("the instances of its meshes expand to more than {limit} MiB")))
     }
 }
 

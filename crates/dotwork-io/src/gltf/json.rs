@@ -1,8 +1,8 @@
 //! The JSON of a glTF file, as far as geometry needs it. Indices are checked where they are used.
 //!
 //! Texts borrow from the file, so that embedded buffers are not copied. Missing members cost memory though (a node of
-//! two bytes, `{}`, becomes one of a hundred), so the number of nodes is limited; all other lists have members that
-//! must be there, which keeps them within some ten times their text.
+//! two bytes, `{}`, becomes one of a hundred), so lists whose items may be next to nothing are limited; the items of
+//! all others have members that must be there, which keeps them within some five times their text.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -14,8 +14,8 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use super::container::Parts;
 use crate::error::{ReadErrorKind, one_line};
 
-/// The most nodes that a file may have.
-const MOST_NODES: usize = 1 << 19;
+/// The most nodes, scenes or extensions that a file may have.
+const MOST_ITEMS: usize = 1 << 19;
 
 /// The longest report of a JSON error, in characters.
 const LONGEST_REPORT: usize = 160;
@@ -25,14 +25,14 @@ const LONGEST_REPORT: usize = 160;
 pub(super) struct Json<'a> {
     #[serde(borrow)]
     asset: Asset<'a>,
-    #[serde(borrow, default)]
+    #[serde(borrow, default, deserialize_with = "limited")]
     pub(super) extensions_used: Vec<Text<'a>>,
-    #[serde(borrow, default)]
+    #[serde(borrow, default, deserialize_with = "limited")]
     pub(super) extensions_required: Vec<Text<'a>>,
     pub(super) scene: Option<u32>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "limited")]
     pub(super) scenes: Vec<Scene>,
-    #[serde(default, deserialize_with = "nodes")]
+    #[serde(default, deserialize_with = "limited")]
     pub(super) nodes: Vec<Node>,
     #[serde(default)]
     pub(super) meshes: Vec<Mesh>,
@@ -226,28 +226,28 @@ impl<'de: 'a, 'a> Deserialize<'de> for Text<'a> {
     }
 }
 
-/// A list of nodes, within its limit.
-fn nodes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Node>, D::Error> {
-    struct Nodes;
-    impl<'de> Visitor<'de> for Nodes {
-        type Value = Vec<Node>;
+/// A list of at most [`MOST_ITEMS`].
+fn limited<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Vec<T>, D::Error> {
+    struct List<T>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for List<T> {
+        type Value = Vec<T>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a list of nodes")
+            f.write_str("a list")
         }
 
-        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<Node>, A::Error> {
-            let mut nodes = Vec::new();
-            while let Some(node) = list.next_element()? {
-                if nodes.len() == MOST_NODES {
-                    return Err(A::Error::custom(format!("more than {MOST_NODES} nodes")));
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+            let mut items = Vec::new();
+            while let Some(item) = list.next_element()? {
+                if items.len() == MOST_ITEMS {
+                    return Err(A::Error::custom(format!("a list of more than {MOST_ITEMS} items")));
                 }
-                nodes.push(node);
+                items.push(item);
             }
-            Ok(nodes)
+            Ok(items)
         }
     }
-    deserializer.deserialize_seq(Nodes)
+    deserializer.deserialize_seq(List(PhantomData))
 }
 
 /// Parses the JSON of a file.

@@ -11,11 +11,12 @@
 //! The default scene is drawn, or all root nodes where there is none.
 //!
 //! Nothing is believed: every index, offset and length is checked in 64 bits before it is used, nodes are walked
-//! without recursion, and what instances and shared accessors may expand to is limited (see [`geometry`]).
+//! without recursion, and what instances and shared accessors may expand to is limited (see [`budget`]).
 //! Limits: Draco and meshopt compression, and every other required extension that changes geometry, are refused by
 //! name; points and lines are counted and skipped; materials are not read.
 
 mod accessor;
+mod budget;
 mod buffers;
 mod container;
 mod extensions;
@@ -38,13 +39,15 @@ use json::Json;
 use nodes::{Pose, Tree};
 
 /// Reads a glTF file of either form; buffers that are files are looked for in the folder of `name` and added to `sum`.
+/// `file_length` is that of the file, which may hold `bytes` gzipped.
 pub(crate) fn read(
     name: &Path,
     bytes: &[u8],
+    file_length: usize,
     sum: &mut Checksum,
     warnings: &mut Warnings,
 ) -> Result<RawMesh, ReadErrorKind> {
-    let document = Document::parse(name, bytes, warnings)?;
+    let document = Document::parse(name, bytes, file_length, warnings)?;
     let pose = Pose::rest(&document.json, &document.tree);
     let mesh = geometry::draw(&document, &pose, warnings)?;
     document.buffers.add_to(sum);
@@ -56,18 +59,23 @@ struct Document<'a> {
     json: Json<'a>,
     buffers: Buffers<'a>,
     tree: Tree,
-    /// Bytes of the file.
-    length: usize,
+    /// Bytes of the file, gzipped if it is.
+    file_length: u64,
 }
 
 impl<'a> Document<'a> {
-    fn parse(name: &Path, bytes: &'a [u8], warnings: &mut Warnings) -> Result<Self, ReadErrorKind> {
+    fn parse(
+        name: &Path,
+        bytes: &'a [u8],
+        file_length: usize,
+        warnings: &mut Warnings,
+    ) -> Result<Self, ReadErrorKind> {
         let parts = container::split(bytes, warnings)?;
         let json = json::parse(&parts)?;
         extensions::check(&json, warnings)?;
         let tree = Tree::new(&json)?;
         let folder = name.parent().unwrap_or(Path::new(""));
         let buffers = Buffers::new(folder, parts.binary, json.buffers.len());
-        Ok(Document { json, buffers, tree, length: bytes.len() })
+        Ok(Document { json, buffers, tree, file_length: file_length as u64 })
     }
 }

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat4, DVec3};
 
 use super::Document;
+use super::budget::{Budget, JOINT, MATRIX};
 use super::json::{Attributes, Shape};
 use super::nodes::{Pose, missing};
 use crate::error::ReadErrorKind;
@@ -79,14 +80,20 @@ pub(super) fn joint_transforms(
     document: &Document,
     pose: &Pose,
     skin: u32,
+    budget: &mut Budget,
 ) -> Result<Rc<[DAffine3]>, ReadErrorKind> {
     let index = skin as usize;
     let Some(skin) = document.json.skins.get(index) else {
         let reason = format!("does not exist ({} skins)", document.json.skins.len());
         return Err(ReadErrorKind::at_item("skin", index, reason));
     };
+    budget.charge(document, skin.joints.len(), JOINT)?;
     let inverse_binds = match skin.inverse_bind_matrices {
-        Some(accessor) => Some(document.elements(accessor, &[Shape::Mat4], None)?.floats::<16>()),
+        Some(accessor) => {
+            let elements = document.elements(accessor, &[Shape::Mat4], None)?;
+            budget.charge(document, elements.count, MATRIX)?;
+            Some(elements.floats::<16>())
+        }
         None => None,
     };
     if let Some(matrices) = &inverse_binds

@@ -25,16 +25,21 @@ struct Segment {
 }
 
 impl Segments {
-    /// Finds the segments and the bands that they touch; `height` is the page's in pixels.
+    /// Finds the segments with finite ends and the bands that they touch; `height` is the page's in pixels.
     pub fn fill(&mut self, strokes: &Strokes, bands: usize, height: usize) {
         self.ends.clear();
+        let drawn = |&[a, b]: &[u32; 2]| {
+            [a, b].map(|p| p as usize).iter().all(|&p| {
+                let placed = strokes.x[p].is_finite() && strokes.y[p].is_finite();
+                placed && (0.0..f32::INFINITY).contains(&strokes.width[p]) && strokes.darkness[p] >= 0.0
+            })
+        };
         for k in 0..strokes.len() {
             let points = strokes.points(k);
-            match points.len() {
-                0 => {}
-                1 => self.ends.push([points.start as u32; 2]),
-                _ => self.ends.extend((points.start + 1..points.end).map(|i| [i as u32 - 1, i as u32])),
-            }
+            // A point alone is joined to itself.
+            let first = points.start + usize::from(points.len() > 1);
+            let segments = (first..points.end).map(|i| [i.max(points.start + 1) - 1, i].map(|p| p as u32));
+            self.ends.extend(segments.filter(drawn));
         }
         let ends = &self.ends;
         self.bins.fill(ends.len(), bands, |i| {

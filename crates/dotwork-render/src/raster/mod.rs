@@ -51,7 +51,11 @@ impl Rasterizer {
         Rasterizer::default()
     }
 
-    /// Draws `drawing` into `raster`: grey if paper and inks are, colour otherwise.
+    /// Draws `drawing` into `raster`: grey if paper and inks are, colour otherwise. Marks and pictures that are not
+    /// finite are left out.
+    ///
+    /// # Panics
+    /// If the arrays of a layer's dots or strokes differ in length.
     pub fn draw(&mut self, drawing: &Drawing, raster: &mut Raster) {
         let (width, height) = (drawing.page.width as usize, drawing.page.height as usize);
         let grey = drawing.paper.is_grey() && drawing.layers.iter().all(is_grey);
@@ -64,6 +68,9 @@ impl Rasterizer {
         for (layer, bins) in drawing.layers.iter().zip(&mut self.bins) {
             let dots = &layer.dots;
             bins.fill(dots.len(), bands, |i| {
+                if !((0.0..f32::INFINITY).contains(&dots.radius[i]) && dots.ink[i] > 0.0) {
+                    return None;
+                }
                 let reach =
                     if dots.ink[i] >= 1.0 { dots.radius[i] + 0.5 } else { Disc::new(dots.radius[i]).reach };
                 centers(dots.y[i] - reach, dots.y[i] + reach, height)
@@ -288,5 +295,41 @@ mod tests {
         let (x, y) = (drawing.layers[0].dots.x[0] as usize, drawing.layers[0].dots.y[0] as usize);
         assert_eq!(raster.samples[(y * 64 + x) * 3..][..3], [200, 0, 0]);
         assert_eq!(raster.samples[..3], [255, 255, 255]);
+    }
+
+    #[test]
+    fn marks_that_are_not_finite_or_far_away_leave_the_page_bare() {
+        use dotwork_drawing::{StrokeKind, Strokes};
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e12, -1e12, f32::MAX, f32::MIN] {
+            let mut layer = Layer::default();
+            for ink in [1.0, 0.5] {
+                let at = |x: f32, y: f32, radius: f32| {
+                    let one = dots(1, 40.0, radius, ink);
+                    Dots { x: vec![x], y: vec![y], ..one }
+                };
+                layer.dots.extend_from(&at(bad, 20.0, 2.0));
+                layer.dots.extend_from(&at(20.0, bad, 2.0));
+                if !(bad > 0.0 && bad.is_finite()) {
+                    layer.dots.extend_from(&at(20.0, 20.0, bad));
+                }
+                layer.dots.extend_from(&Dots { ink: vec![f32::NAN], ..at(20.0, 20.0, 2.0) });
+                for width in [1.0, 3.0] {
+                    let mut strokes = Strokes::default();
+                    strokes.push_line(StrokeKind::Crease, 0, width, [[bad, 20.0]]);
+                    strokes.push_line(StrokeKind::Crease, 1, width, [[20.0, bad], [30.0, bad]]);
+                    strokes.push_line(StrokeKind::Crease, 2, width, [[bad, bad], [bad, 20.0]]);
+                    strokes.darkness.fill(ink);
+                    layer.strokes.extend_from(&strokes);
+                }
+                if !(bad > 0.0 && bad.is_finite()) {
+                    layer.strokes.push_line(StrokeKind::Crease, 3, bad, [[5.0, 5.0], [9.0, 9.0]]);
+                }
+            }
+            let mut drawing = Drawing::new(Page::pixels(40, 70).unwrap(), Color::WHITE);
+            drawing.layers.push(layer);
+            let mut raster = Raster::default();
+            Rasterizer::new().draw(&drawing, &mut raster);
+            assert!(raster.samples.iter().all(|&c| c == 255), "{bad}");
+        }
     }
 }

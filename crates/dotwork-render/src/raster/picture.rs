@@ -6,11 +6,11 @@ use crate::bands::centers;
 
 /// Blends `image` over the planes of a band that begins at row `top`; a grey page has one plane.
 pub(super) fn blend(image: &Image, light: &mut [Vec<f32>], width: usize, top: usize) {
-    let [left, upper, right, lower] = image.place;
-    let (columns, rows) = (image.width as usize, image.height as usize);
-    if !(right > left && lower > upper) || columns == 0 || image.samples.len() != columns * rows {
+    if !image.is_drawable() {
         return;
     }
+    let [left, upper, right, lower] = image.place;
+    let (columns, rows) = (image.width as usize, image.height as usize);
     let height = light[0].len() / width;
     let Some((x0, x1)) = centers(left, right, width) else { return };
     let Some((y0, y1)) = centers(upper - top as f32, lower - top as f32, height) else { return };
@@ -80,5 +80,24 @@ mod tests {
         let raster = drawn(image);
         assert_eq!(raster.channels, 1);
         assert!(raster.samples.iter().all(|&c| c == 0));
+    }
+
+    #[test]
+    fn pictures_without_samples_or_place_are_left_out() {
+        let black = vec![[0.0, 0.0, 0.0, 1.0]];
+        let whole = [0.0, 0.0, 40.0, 50.0];
+        for (width, height, samples, place) in [
+            (0, 0, vec![], whole),
+            (1, 0, vec![], whole),
+            (0, 1, vec![], whole),
+            (2, 1, black.clone(), whole),
+            (1, 1, black.clone(), [40.0, 0.0, 0.0, 50.0]),
+            (1, 1, black.clone(), [f32::NAN, 0.0, 40.0, 50.0]),
+            (1, 1, black.clone(), [f32::NEG_INFINITY, 0.0, f32::INFINITY, 50.0]),
+            (1, 1, black, [f32::MAX, 0.0, f32::INFINITY, 50.0]),
+        ] {
+            let raster = drawn(Image { width, height, place, samples });
+            assert!(raster.samples.iter().all(|&c| c == 255), "{width} x {height} at {place:?}");
+        }
     }
 }

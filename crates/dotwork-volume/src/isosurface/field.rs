@@ -221,8 +221,9 @@ impl<T: Ordered, const AXIS: usize> EdgeRow<'_, T, AXIS> {
             return self.vertex_at_gap(x, low_is_inside, 0.0, f64::NEG_INFINITY);
         }
         let (low, high) = (field.height(row.first + x), field.height(row_above.first + x_above));
-        // The heights have opposite signs, so nothing cancels.
-        let share = low / (low - high);
+        // The heights have opposite signs, so nothing cancels. Halves where the difference overflows.
+        let between = low - high;
+        let share = if between.is_finite() { low / between } else { low / 2.0 / (low / 2.0 - high / 2.0) };
         // Infinite heights (their share is NaN or 0), and two heights of 0 after rounding.
         if !share.is_finite() || (T::FLOAT && !(low.is_finite() && high.is_finite())) {
             let (inner, outer) = if low_is_inside { (low, high) } else { (high, low) };

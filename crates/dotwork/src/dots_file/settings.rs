@@ -1,4 +1,4 @@
-//! The settings of a scene as TOML: what a `.dots` file and a PNG carry about how they were made.
+//! The settings of a scene as TOML: what `.dots` files and plates carry about how they were made.
 
 use dotwork_drawing::{Camera, Light, LightFrame, Page, UpAxis};
 use dotwork_ink::{MAX_STIPPLES, PARAMS, Style};

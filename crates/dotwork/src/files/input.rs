@@ -1,11 +1,15 @@
 //! From a path or a demo's name to a scene.
 
+use std::io;
 use std::path::Path;
 
 use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::Style;
 use dotwork_io::dots::{self, Reader};
-use dotwork_io::volume::{RawLayout, VolumeOptions, read_volume, volume_format_of};
+use dotwork_io::volume::{
+    RawLayout, VolumeFile, VolumeOptions, read_volume, read_volume_bytes, volume_format_of,
+};
+use dotwork_io::{ReadError, ReadErrorKind};
 use dotwork_mesh::{RawMesh, shapes};
 use dotwork_volume::{IsoOptions, Space, Unit, Volume};
 
@@ -21,7 +25,12 @@ pub enum Loaded {
     /// A volume.
     Volume(Box<VolumeInput>),
     /// The complete scene of a `.dots` file, baked.
-    Scene(Box<Scene>),
+    Scene {
+        /// The input as it was named, for messages.
+        input: String,
+        /// The scene.
+        scene: Box<Scene>,
+    },
     /// A picture that dotwork drew, with the settings that it carries.
     Plate(Box<Plate>),
 }
@@ -156,20 +165,22 @@ pub fn load_with(
         return demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh)));
     }
     if options.raw.is_some() || path.is_dir() {
-        return volume(path, options, warnings);
+        let file = read_volume(path, &VolumeOptions { raw: options.raw.clone() }, warnings)?;
+        return Ok(volume(path, file, options));
     }
     let bytes = dotwork_io::read_file(path)?;
     // A file of that name that is none is told so, rather than that it is no mesh.
     if dots::is_dots(&bytes) || named_dots(path) {
         let scene = read_scene(&Reader::from_bytes(path, bytes)?)?;
-        return Ok(Loaded::Scene(Box::new(scene)));
+        return Ok(Loaded::Scene { input, scene: Box::new(scene) });
     }
     if let Some(plate) = Plate::of_bytes(path, &bytes)? {
         return Ok(Loaded::Plate(Box::new(plate)));
     }
     if volume_format_of(path, &bytes).is_some() {
-        drop(bytes);
-        return volume(path, options, warnings);
+        // Not read again: a pipe gives its bytes once.
+        let file = read_volume_bytes(path, &bytes, &VolumeOptions::default(), &mut read_data_file, warnings)?;
+        return Ok(volume(path, file, options));
     }
     let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
     let (raw, checksum) = dotwork_io::read_mesh_checked(path, &bytes, warnings)?;
@@ -198,8 +209,18 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
     })
 }
 
-fn volume(path: &Path, options: &LoadOptions, warnings: &mut Warnings) -> Result<Loaded, FileError> {
-    let file = read_volume(path, &VolumeOptions { raw: options.raw.clone() }, warnings)?;
+/// Reads what a header names. It must be a regular file: a pipe or device would block or never end.
+fn read_data_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    match std::fs::metadata(path) {
+        Ok(found) if !found.is_file() && !found.is_dir() => {
+            let kind = ReadErrorKind::Io(io::Error::other("is no regular file"));
+            Err(ReadError { path: path.to_path_buf(), kind })
+        }
+        _ => dotwork_io::read_file(path),
+    }
+}
+
+fn volume(path: &Path, file: VolumeFile, options: &LoadOptions) -> Loaded {
     let input = path.to_string_lossy().into_owned();
     let source = Source {
         file: input.clone(),
@@ -207,14 +228,14 @@ fn volume(path: &Path, options: &LoadOptions, warnings: &mut Warnings) -> Result
         raw: options.raw.as_ref().map(ToString::to_string),
         iso: None,
     };
-    Ok(Loaded::Volume(Box::new(VolumeInput {
+    Loaded::Volume(Box::new(VolumeInput {
         name: object_name(path),
         input,
         format: file.format,
         facts: file.facts,
         source,
         volume: file.volume,
-    })))
+    }))
 }
 
 /// Reads an input as a scene: a mesh or a demo as one object in `style`, everything else at its default; a `.dots` file
@@ -234,7 +255,7 @@ fn volume(path: &Path, options: &LoadOptions, warnings: &mut Warnings) -> Result
 /// See [`FileError`].
 pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> Result<Scene, FileError> {
     match load(input, warnings)? {
-        Loaded::Scene(scene) => Ok(*scene),
+        Loaded::Scene { scene, .. } => Ok(*scene),
         Loaded::Plate(plate) => plate.scene(warnings),
         loaded => {
             let mesh = loaded.into_mesh(None, warnings)?;
@@ -250,7 +271,8 @@ impl Loaded {
     /// The mesh, or the surface of the volume.
     ///
     /// # Errors
-    /// A volume without a value for its surface, or one that it does not have; a whole scene.
+    /// [`FileError::Volume`]: a volume without a value for its surface, or one that it does not have;
+    /// [`FileError::WholeScene`]: a `.dots` file or a plate.
     pub fn into_mesh(self, iso: Option<f64>, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
         match self {
             Loaded::Mesh(mesh) => Ok(*mesh),
@@ -258,10 +280,10 @@ impl Loaded {
                 Some(iso) => volume.surface(iso, warnings),
                 None => Err(volume.needs_iso()),
             },
-            Loaded::Scene(_) | Loaded::Plate(_) => Err(FileError::Volume {
-                input: String::new(),
-                reason: "is a whole scene, not a surface".into(),
-            }),
+            Loaded::Scene { input, .. } => Err(FileError::WholeScene { input }),
+            Loaded::Plate(plate) => {
+                Err(FileError::WholeScene { input: plate.path().to_string_lossy().into_owned() })
+            }
         }
     }
 }

@@ -39,6 +39,12 @@ pub enum FileError {
         /// Why.
         reason: String,
     },
+    /// A surface is asked for, and the input is a whole scene: a `.dots` file or a plate.
+    #[error("{}: is a whole scene, not a surface", one_line(input))]
+    WholeScene {
+        /// The file.
+        input: String,
+    },
     /// A picture cannot be drawn again.
     #[error("{}: {reason}", one_line(&path.to_string_lossy()))]
     Plate {

@@ -64,7 +64,7 @@ impl Format {
 }
 
 /// What a format makes of a drawing before it is written: dots get the scene's pens, and a plotter's marks their order,
-/// with the way that the pen goes.
+/// with the way that the pen goes. Pens that cannot be used are left out, which is said in `warnings`.
 pub fn prepare(
     drawing: Drawing,
     format: Format,
@@ -72,12 +72,14 @@ pub fn prepare(
     warnings: &mut Warnings,
 ) -> (Drawing, Option<Travel>) {
     let mut drawing = drawing;
-    // Pens that cannot be used are refused where they are set; here they would draw nothing.
-    if !scene.pens.is_empty()
-        && let Ok((with_pens, said)) = assign_pens(&drawing, &scene.pens)
-    {
-        drawing = with_pens;
-        warnings.append(said);
+    if !scene.pens.is_empty() {
+        match assign_pens(&drawing, &scene.pens) {
+            Ok((with_pens, said)) => {
+                drawing = with_pens;
+                warnings.append(said);
+            }
+            Err(e) => warnings.say(format!("drawn without pens: {e}")),
+        }
     }
     if format != Format::SvgPlot {
         return (drawing, None);
@@ -101,14 +103,21 @@ pub fn write_drawing(
     warnings: &mut Warnings,
 ) -> Result<(), FileError> {
     let (drawing, _) = prepare(drawing.clone(), format, scene, warnings);
-    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, &drawing, scene))?)
+    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, &drawing, scene, warnings))?)
 }
 
-/// Writes a drawing that was [prepared](prepare) as the bytes of a file.
+/// Writes a drawing that was [prepared](prepare) as the bytes of a file. What the format cannot show is said in
+/// `warnings`.
 ///
 /// # Errors
 /// What the writer refuses.
-pub fn encode_drawing(w: impl Write, format: Format, drawing: &Drawing, scene: &Scene) -> io::Result<()> {
+pub fn encode_drawing(
+    w: impl Write,
+    format: Format,
+    drawing: &Drawing,
+    scene: &Scene,
+    warnings: &mut Warnings,
+) -> io::Result<()> {
     let title: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
     let (title, settings) = (title.join(", "), settings_text(scene));
     let (title, metadata) = (Some(title.as_str()), Some(settings.as_str()));
@@ -117,11 +126,8 @@ pub fn encode_drawing(w: impl Write, format: Format, drawing: &Drawing, scene: &
     match format {
         Format::Png => with_pixels(drawing, |view| write_png(w, view, ppm, &text)),
         Format::Tiff => with_pixels(drawing, |view| write_tiff(w, view, drawing.page.dpi, metadata)),
-        // Pictures that a plate of one bit cannot show were said when the drawing was prepared.
-        Format::PngBilevel => write_png_bilevel(w, &bilevel(drawing, &mut Warnings::new()), ppm, &text),
-        Format::TiffBilevel => {
-            write_tiff_bilevel(w, &bilevel(drawing, &mut Warnings::new()), drawing.page.dpi, metadata)
-        }
+        Format::PngBilevel => write_png_bilevel(w, &bilevel(drawing, warnings), ppm, &text),
+        Format::TiffBilevel => write_tiff_bilevel(w, &bilevel(drawing, warnings), drawing.page.dpi, metadata),
         Format::Svg => write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::default() }),
         Format::SvgPlot => {
             write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::for_plotter() })

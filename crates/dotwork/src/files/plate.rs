@@ -40,6 +40,16 @@ impl Plate {
         Ok(Some(Plate { path: path.to_path_buf(), scene, objects, version }))
     }
 
+    /// The picture's file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where its inputs are now, as [`Plate::unbaked`] finds them; those that are gone are left out.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        self.objects.iter().filter_map(|o| find(&self.path, o.source.as_ref()?)).collect()
+    }
+
     /// The version of dotwork that drew it.
     pub fn version(&self) -> &str {
         &self.version
@@ -67,7 +77,7 @@ impl Plate {
 
     /// Reads the inputs again: the scene before it is baked, and for each object the number of stipples that the plate
     /// was drawn from. An input is looked for under the path that was given when the plate was drawn, then under that
-    /// path and under its bare name beside the plate.
+    /// path and under its bare name beside the plate. Warnings about an input begin with its name.
     ///
     /// # Errors
     /// [`FileError::Plate`]: an input is gone, or has changed; and what reading it gives.
@@ -98,7 +108,9 @@ impl Plate {
                 .map(str::parse::<RawLayout>)
                 .transpose()
                 .map_err(|e| error(e.to_string()))?;
-            let mesh = load_with(&found, &LoadOptions { raw }, warnings)?.into_mesh(source.iso, warnings)?;
+            let mut said = Warnings::new();
+            let mesh =
+                load_with(&found, &LoadOptions { raw }, &mut said)?.into_mesh(source.iso, &mut said)?;
             if mesh.source.checksum != source.checksum {
                 let hex = |c: Option<u64>| c.map_or("none".into(), |c| format!("{c:016x}"));
                 return Err(error(format!(
@@ -108,10 +120,13 @@ impl Plate {
                     hex(mesh.source.checksum)
                 )));
             }
-            let mut object = mesh.into_object(style, warnings)?;
+            let mut object = mesh.into_object(style, &mut said)?;
+            for warning in said.iter() {
+                warnings.say(format!("its input {}: {warning}", found.display()));
+            }
             // As the plate has them, so that the next one is the same to the byte.
             (object.name, object.source, object.world) = (name, Some(source), world);
-            scene.objects.push(object);
+            scene.push(object);
             counts.push(stipples);
         }
         Ok((scene, counts))
