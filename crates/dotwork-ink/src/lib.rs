@@ -14,6 +14,7 @@ mod coverage;
 #[allow(clippy::approx_constant, reason = "measured numbers may come close to any constant")]
 mod coverage_table;
 mod density;
+pub mod lines;
 mod params;
 mod presets;
 mod stock;

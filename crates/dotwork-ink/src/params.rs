@@ -288,6 +288,14 @@ style! {
         regularity: f32 = 1.0, UNIT, "", "1 spaces the dots as evenly as possible; 0 is looser, like a hand.",
             "a stipple's radius is its distance times 1 - 0.6 (1 - regularity) h";
     }
+    "Lines" {
+        outlines: bool = true, Kind::Switch, "", "Draws the outline: a line where the surface turns away from the eye.",
+            "the contour n.E = 0 of the smooth surface, without what is hidden";
+        outline: Length = Length::percent(0.2), Kind::Length, "width", "Width of the outline at the depth of the centre.",
+            "width * depth of the centre / depth";
+        outline_min: Length = Length::percent(1.5), Kind::Length, "length",
+            "Visible stretches of outline shorter than this are left out.", "";
+    }
     "Colour" {
         color: Color = Color::BLACK, Kind::Color, "sRGB", "Colour of the ink.", "";
         paper: Color = Color::WHITE, Kind::Color, "sRGB", "Colour of the paper.", "";
@@ -383,6 +391,19 @@ mod tests {
             copy.set(p.name, &p.get(&style)).unwrap();
             assert_eq!(copy, style, "{}", p.name);
             assert!(!p.help.is_empty() && p.help.ends_with('.'), "{} has a sentence of help", p.name);
+        }
+    }
+
+    #[test]
+    fn a_pen_draws_every_dot_with_its_size() {
+        assert_eq!(Style::default().pen_mm(), None);
+        let mut style = Style { fade: Fade::Ink, foreshorten: 0.5, grow: 0.9, ..Style::default() };
+        style.use_pen(Length::mm(0.25));
+        assert_eq!(style.pen_mm(), Some(0.25));
+        for (key, value) in [("fade", "size"), ("foreshorten", "0.1"), ("grow", "0.5"), ("dot_size", "2px")] {
+            let mut other = style.clone();
+            other.set(key, value).unwrap();
+            assert_eq!(other.pen_mm(), None, "{key} = {value}");
         }
     }
 

@@ -116,7 +116,15 @@ fn sepia() -> Style {
 }
 
 fn flat() -> Style {
-    Style { tone: 0.5, base: 1.0, light: 0.0, silhouette: 0.0, back: 0.0, ..Style::default() }
+    Style {
+        tone: 0.5,
+        base: 1.0,
+        light: 0.0,
+        silhouette: 0.0,
+        back: 0.0,
+        outlines: false,
+        ..Style::default()
+    }
 }
 
 fn lambert() -> Style {
@@ -128,6 +136,7 @@ fn lambert() -> Style {
         gamma: 1.0,
         silhouette: 0.0,
         back: 0.0,
+        outlines: false,
         ..Style::default()
     }
 }

@@ -7,6 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::depth::DepthBuffer;
+use crate::outline::Outliner;
 use crate::plan::InkPlan;
 use crate::select::{Selector, two_sided};
 
@@ -53,6 +54,7 @@ pub struct Frame<'a> {
 pub struct CpuBackend {
     depth: DepthBuffer,
     chunks: Vec<Dots>,
+    outliner: Outliner,
 }
 
 impl CpuBackend {
@@ -96,6 +98,21 @@ impl CpuBackend {
             layer.dots.clear();
             chunks[..count].iter().for_each(|dots| layer.dots.extend_from(dots));
             self.chunks = chunks;
+            layer.strokes.clear();
+            if subject.style.outlines {
+                let depth = (subject.style.visibility == Visibility::Solid).then_some(&self.depth);
+                let id_base = (k as u64) << STIPPLE_BITS;
+                let Frame { view, page, .. } = *frame;
+                self.outliner.draw(
+                    subject.mesh,
+                    subject.style,
+                    view,
+                    page,
+                    depth,
+                    id_base,
+                    &mut layer.strokes,
+                );
+            }
         }
     }
 

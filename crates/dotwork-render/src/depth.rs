@@ -2,8 +2,8 @@
 //!
 //! The buffer stores *nearness*, a positive quantity that is linear over the page for every plane and grows towards
 //! the eye: `1 / depth` under perspective, a constant less the depth in parallel projection. The nearest of all
-//! surfaces does not depend on their order, so threads draw into one buffer by atomic maximum. A place on a surface is compared with what its own
-//! tangent plane says at the pixel's centre, so slopes need no large bias.
+//! surfaces does not depend on their order, so threads draw into one buffer by atomic maximum. A place on a surface is
+//! compared with what its own tangent plane says at the pixel's centre, so slopes need no large bias.
 
 use dotwork_drawing::{Projection, View};
 use dotwork_mesh::Mesh;
@@ -185,7 +185,30 @@ impl DepthBuffer {
         }
         hidden > 0.5
     }
+
+    /// True if a place on an outline is hidden: if at all nine pixel centres around it there is something nearer. Along
+    /// an outline the pixels on its one side show the line's own surface and on the other what lies behind.
+    #[inline]
+    pub fn hides_line(&self, view: &View, x: f32, y: f32, depth: f32) -> bool {
+        let (w, h) = (self.width as i32, self.height as i32);
+        let (column, row) = (x as i32, y as i32);
+        let mut farthest = f32::INFINITY;
+        for r in (row - 1).max(0)..(row + 2).min(h) {
+            for c in (column - 1).max(0)..(column + 2).min(w) {
+                farthest = farthest.min(f32::from_bits(self.nearness[(r * w + c) as usize].load(Relaxed)));
+            }
+        }
+        let (q, px) = match view.projection {
+            Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
+            Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
+        };
+        farthest > q + LINE_BIAS * px
+    }
 }
+
+/// How much nearer than a line a surface has to be to hide it, in pixels' widths of depth: more than the line's own
+/// surface is off between pixel centres.
+const LINE_BIAS: f32 = 3.0;
 
 /// Below this cosine to the eye no dots are drawn: the outline carries the rim.
 pub(crate) const GRAZING: f32 = 0.05;
@@ -196,3 +219,91 @@ const MAX_SLOPE: f32 = 6.0;
 /// Largest difference, in pixels' widths of depth, between a place and its tangent plane at a neighbouring pixel's
 /// centre, bias included: a slope of 1/[`GRAZING`] along a pixel's diagonal, and a fifth for perspective.
 const STEEPEST: f32 = 1.2 * 1.415 / GRAZING + 0.25 + 0.35 * MAX_SLOPE;
+
+#[cfg(test)]
+mod tests {
+    use dotwork_drawing::hash::{hash3, unit};
+    use dotwork_drawing::{Camera, Page};
+
+    use super::*;
+
+    /// [`DepthBuffer::hides`] for a place whose four pixel centres are all on the page, always by the tangent plane;
+    /// `None` where rounding decides.
+    fn hidden_by_plane(
+        view: &View,
+        [x, y, depth]: [f32; 3],
+        normal: Vec3,
+        from_eye: Vec3,
+        at: [f32; 4],
+    ) -> Option<bool> {
+        let (column, row) = ((x - 0.5).floor(), (y - 0.5).floor());
+        let (tx, ty) = (x - 0.5 - column, y - 0.5 - row);
+        let along =
+            if view.is_parallel() { normal.dot(view.back) } else { normal.dot(from_eye) / depth }.abs();
+        let bias = 0.25 + 0.35 * ((1.0 - along * along).max(0.0).sqrt() / along).min(6.0);
+        let (mut least, mut most) = (0.0, 0.0);
+        for (k, at) in at.into_iter().enumerate() {
+            let (right, below) = ((k % 2) as f32, (k / 2) as f32);
+            let center = [column + right + 0.5, row + below + 0.5];
+            // Where the line of sight through the centre meets the plane.
+            let unit = view.px_per_unit(1.0);
+            let on_image =
+                view.right * ((center[0] - view.cx) / unit) - view.up * ((center[1] - view.cy) / unit);
+            let there = if view.is_parallel() {
+                let off = on_image - view.right * from_eye.dot(view.right) - view.up * from_eye.dot(view.up);
+                nearness(view, depth + off.dot(normal) / view.back.dot(normal))
+            } else {
+                (on_image - view.back).dot(normal) / from_eye.dot(normal)
+            };
+            let px = if view.is_parallel() { 1.0 / unit } else { 1.0 / (depth * unit) };
+            let weight = if k % 2 == 1 { tx } else { 1.0 - tx } * if k / 2 == 1 { ty } else { 1.0 - ty };
+            least += if at > there + (bias + 0.01) * px { weight } else { 0.0 };
+            most += if at > there + (bias - 0.01) * px { weight } else { 0.0 };
+        }
+        if least > 0.501 {
+            Some(true)
+        } else if most < 0.499 {
+            Some(false)
+        } else {
+            None
+        }
+    }
+
+    #[test]
+    fn early_decisions_are_those_of_the_tangent_plane() {
+        let page = Page::pixels(200, 200).unwrap();
+        let (mut certain, mut hidden, mut tried) = (0, 0, 0);
+        for ortho in [false, true] {
+            let view = Camera { ortho, ..Camera::default() }.view(Vec3::ZERO, 1.0, &page);
+            let mut buffer = DepthBuffer::default();
+            buffer.clear(page.width, page.height);
+            for i in 0..20_000u32 {
+                let random = |k: u32| unit(hash3(i, k, 7)) * 2.0 - 1.0;
+                let normal = Vec3::new(random(0), random(1), random(2)).normalize_or(Vec3::X);
+                let p = Vec3::new(random(3), random(4), random(5)) * 0.5;
+                let (x, y, depth) = view.project(p);
+                if normal.dot(view.to_eye(p)).abs() < GRAZING {
+                    continue;
+                }
+                let first = (y - 0.5) as usize * 200 + (x - 0.5) as usize;
+                let px = 1.0 / view.px_per_unit(depth);
+                // From within the bias to far beyond any slope.
+                let reach = px * [1.0, 20.0, 100.0][i as usize % 3];
+                let at = [0, 1, 200, 201].map(|k| nearness(&view, depth + reach * random(6 + k)));
+                for (k, at) in [0, 1, 200, 201].into_iter().zip(at) {
+                    *buffer.nearness[first + k].get_mut() = at.to_bits();
+                }
+                let expected = hidden_by_plane(&view, [x, y, depth], normal, p - view.eye, at);
+                let got = buffer.hides(&view, x, y, depth, || (normal, p - view.eye));
+                if let Some(expected) = expected {
+                    assert_eq!(got, expected, "place {i}, ortho {ortho}");
+                    certain += 1;
+                }
+                hidden += usize::from(got);
+                tried += 1;
+            }
+        }
+        assert!(tried > 30_000 && certain > tried * 9 / 10, "{certain} of {tried}");
+        assert!(hidden > tried / 8 && hidden < tried / 2, "{hidden} of {tried}");
+    }
+}

@@ -1,0 +1,330 @@
+//! Contours: where a smooth surface turns away from the eye.
+//!
+//! On a mesh with unit normals `g = n · (eye − p)` is given at the vertices and linear between them; the contour is its
+//! zero set, a segment in every triangle whose corners differ in sign (Hertzmann and Zorin 2000). It passes through
+//! faces, not along edges, so it is as smooth as the normals are. Two triangles share the point on their edge: that
+//! is what joins segments to chains, which are long, closed, or end at the surface's border.
+//!
+//! On the isosurface of a volume this is the curve {v = iso} ∩ {n·E = 0}. Marching tetrahedra trace it through the
+//! volume anew for every view; the mesh has the first of the two functions solved once and for all, and the curve lies
+//! on the very surface that dots sit on and that hides.
+//!
+//! Only where the surface is convex along the line of sight can a contour be seen: `g` grows towards the eye there.
+//! Elsewhere the surface itself hides it. That sign costs nothing and needs no depth buffer.
+
+use dotwork_mesh::Mesh;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Triangles a task looks at.
+const CHUNK: usize = 8192;
+
+/// Where the eye is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eye {
+    /// At a point, object units: perspective.
+    At(Vec3),
+    /// Infinitely far in this unit direction: parallel projection.
+    Towards(Vec3),
+}
+
+impl Eye {
+    /// A vector from `p` towards the eye, not of unit length.
+    #[inline(always)]
+    fn from(self, p: Vec3) -> Vec3 {
+        match self {
+            Eye::At(eye) => eye - p,
+            Eye::Towards(direction) => direction,
+        }
+    }
+}
+
+/// Chains of points in space, in structure-of-arrays form. A closed chain repeats its first point at the end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chains {
+    /// The points, object units.
+    pub point: Vec<Vec3>,
+    /// For each point whether the line can be seen there if nothing else hides it.
+    pub open: Vec<bool>,
+    /// One past the last point of each chain.
+    pub end: Vec<u32>,
+    /// The triangle that each chain begins in.
+    pub triangle: Vec<u32>,
+}
+
+impl Chains {
+    /// Number of chains.
+    pub fn len(&self) -> usize {
+        self.end.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.end.is_empty()
+    }
+
+    /// The points of chain `k`.
+    pub fn points(&self, k: usize) -> std::ops::Range<usize> {
+        let start = if k == 0 { 0 } else { self.end[k - 1] as usize };
+        start..self.end[k] as usize
+    }
+
+    fn clear(&mut self) {
+        self.point.clear();
+        self.open.clear();
+        self.end.clear();
+        self.triangle.clear();
+    }
+}
+
+/// A segment of the contour inside a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    triangle: u32,
+    /// The edges in which it begins and ends, as pairs of vertices, the smaller first.
+    edge: [u64; 2],
+    at: [Vec3; 2],
+    /// The surface is convex along the line of sight.
+    convex: bool,
+}
+
+/// Traces contours. Memory is kept from frame to frame.
+#[derive(Default)]
+pub struct Contours {
+    g: Vec<f32>,
+    found: Vec<Vec<Segment>>,
+    segments: Vec<Segment>,
+    /// The ends of all segments, by edge.
+    ends: Vec<(u64, u32)>,
+    /// For each end of each segment, the end that it meets, or `NONE`.
+    meets: Vec<u32>,
+    used: Vec<bool>,
+    chains: Chains,
+}
+
+/// No end of a segment.
+const NONE: u32 = u32::MAX;
+
+impl Contours {
+    /// Finds the contours of `mesh` as seen from `eye`. They are in an order that depends on nothing but the mesh and
+    /// the eye; the direction of a chain is that in which its first triangle lies.
+    pub fn trace(&mut self, mesh: &Mesh, eye: Eye) -> &Chains {
+        self.find(mesh, eye);
+        self.join();
+        self.chain();
+        &self.chains
+    }
+
+    /// Finds the segments, in the order of their triangles.
+    fn find(&mut self, mesh: &Mesh, eye: Eye) {
+        // Where no normal is split, a vertex has one value of g.
+        let smooth = mesh.normals.len() == mesh.positions.len();
+        if smooth {
+            let g = |(&p, &n): (&Vec3, &Vec3)| n.dot(eye.from(p));
+            (&mesh.positions, &mesh.normals)
+                .into_par_iter()
+                .with_min_len(CHUNK)
+                .map(g)
+                .collect_into_vec(&mut self.g);
+        }
+        let g = &self.g;
+        let look = |(k, triangles): (usize, &[[u32; 3]]), found: &mut Vec<Segment>| {
+            found.clear();
+            for (i, &triangle) in triangles.iter().enumerate() {
+                let t = k * CHUNK + i;
+                let values = if smooth {
+                    triangle.map(|v| g[v as usize])
+                } else {
+                    let normals = mesh.corner_normals[t];
+                    [0, 1, 2].map(|c| {
+                        let p = mesh.positions[triangle[c] as usize];
+                        mesh.normals[normals[c] as usize].dot(eye.from(p))
+                    })
+                };
+                let [a, b, c] = values.map(|v| v >= 0.0);
+                if (a != b) | (b != c) {
+                    found.push(segment(mesh, eye, t as u32, triangle, values));
+                }
+            }
+        };
+        let chunks = mesh.triangles.len().div_ceil(CHUNK);
+        self.found.resize_with(chunks.max(self.found.len()), Vec::new);
+        mesh.triangles
+            .par_chunks(CHUNK)
+            .enumerate()
+            .zip(&mut self.found)
+            .for_each(|(chunk, found)| look(chunk, found));
+        self.segments.clear();
+        for found in &self.found[..chunks] {
+            self.segments.extend_from_slice(found);
+        }
+    }
+
+    /// Finds for each end of a segment the one that it meets. Where more than two meet (an edge with three faces),
+    /// the first two in the order of triangles do.
+    fn join(&mut self) {
+        self.ends.clear();
+        for (s, segment) in self.segments.iter().enumerate() {
+            self.ends.push((segment.edge[0], 2 * s as u32));
+            self.ends.push((segment.edge[1], 2 * s as u32 + 1));
+        }
+        self.ends.par_sort_unstable();
+        self.meets.clear();
+        self.meets.resize(self.ends.len(), NONE);
+        for same in self.ends.chunk_by(|a, b| a.0 == b.0) {
+            for pair in same.chunks_exact(2) {
+                let (a, b) = (pair[0].1, pair[1].1);
+                (self.meets[a as usize], self.meets[b as usize]) = (b, a);
+            }
+        }
+    }
+
+    /// Follows the segments from end to end: first those that begin somewhere, then the closed ones.
+    fn chain(&mut self) {
+        self.chains.clear();
+        self.used.clear();
+        self.used.resize(self.segments.len(), false);
+        for closed in [false, true] {
+            for s in 0..self.segments.len() as u32 {
+                let free = [2 * s, 2 * s + 1].into_iter().find(|&e| closed || self.meets[e as usize] == NONE);
+                if let (Some(end), false) = (free, self.used[s as usize]) {
+                    self.follow(end);
+                }
+            }
+        }
+    }
+
+    /// The chain that begins at this end of a segment.
+    fn follow(&mut self, first: u32) {
+        let mut end = first;
+        let chains = &mut self.chains;
+        let place = |e: u32| {
+            let segment = &self.segments[e as usize / 2];
+            (segment.at[e as usize % 2], segment.convex)
+        };
+        let (p, mut convex) = place(first);
+        chains.point.push(p);
+        chains.open.push(convex);
+        loop {
+            self.used[end as usize / 2] = true;
+            let other = end ^ 1;
+            let (p, own) = place(other);
+            let next = self.meets[other as usize];
+            let ended = next == NONE || self.used[next as usize / 2];
+            // A point between two segments is open if either is: a single triangle's sign is noise.
+            convex = own || (!ended && place(next).1);
+            chains.point.push(p);
+            chains.open.push(convex);
+            if ended {
+                break;
+            }
+            end = next;
+        }
+        chains.end.push(chains.point.len() as u32);
+        chains.triangle.push(self.segments[first as usize / 2].triangle);
+    }
+}
+
+/// The segment in a triangle whose corners differ in sign.
+#[inline]
+fn segment(mesh: &Mesh, eye: Eye, t: u32, triangle: [u32; 3], g: [f32; 3]) -> Segment {
+    let p = triangle.map(|v| mesh.positions[v as usize]);
+    let [inside_a, inside_b, inside_c] = g.map(|v| v >= 0.0);
+    // The corner whose sign is alone.
+    let alone = if inside_b == inside_c {
+        0
+    } else if inside_a == inside_c {
+        1
+    } else {
+        2
+    };
+    // The crossing of an edge must be the same point from both of its triangles: taken from the smaller vertex on.
+    let cross = |i: usize, j: usize| {
+        let (i, j) = if triangle[i] < triangle[j] { (i, j) } else { (j, i) };
+        let s = g[i] / (g[i] - g[j]);
+        (u64::from(triangle[i]) << 32 | u64::from(triangle[j]), p[i] + (p[j] - p[i]) * s)
+    };
+    let ((edge_a, at_a), (edge_b, at_b)) = (cross(alone, (alone + 1) % 3), cross(alone, (alone + 2) % 3));
+    // The gradient of g in the triangle, times the triangle's squared area, along the line of sight.
+    let (ab, ac) = (p[1] - p[0], p[2] - p[0]);
+    let n = ab.cross(ac);
+    let sight = eye.from((p[0] + p[1] + p[2]) * (1.0 / 3.0));
+    let growth = (g[1] - g[0]) * n.cross(-ac).dot(sight) + (g[2] - g[0]) * n.cross(ab).dot(sight);
+    Segment { triangle: t, edge: [edge_a, edge_b], at: [at_a, at_b], convex: growth > 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dotwork_drawing::Warnings;
+    use dotwork_mesh::{MeshOptions, RawMesh, shapes};
+
+    fn mesh(name: &str) -> Mesh {
+        let raw: RawMesh = shapes::demo(name).unwrap();
+        Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new()).unwrap()
+    }
+
+    #[test]
+    fn a_sphere_has_one_circle() {
+        let sphere = mesh("sphere");
+        let center = sphere.positions.iter().sum::<Vec3>() / sphere.positions.len() as f32;
+        let radius = (sphere.positions[0] - center).length();
+        let mut contours = Contours::default();
+        for direction in
+            [Vec3::Z, Vec3::new(0.3, -0.5, 0.8).normalize(), Vec3::new(-0.9, 0.1, 0.2).normalize()]
+        {
+            let chains = contours.trace(&sphere, Eye::Towards(direction));
+            assert_eq!(chains.len(), 1);
+            assert_eq!(chains.point[0], chains.point[chains.points(0).end - 1], "it is closed");
+            assert!(chains.open.iter().all(|&o| o), "a sphere is convex");
+            for &p in &chains.point {
+                assert!((p - center).dot(direction).abs() < 0.005 * radius, "in the plane across the sight");
+                assert!(((p - center).length() / radius - 1.0).abs() < 0.005);
+            }
+        }
+        // Under perspective the circle lies nearer: at radius² / distance.
+        let distance = 3.0 * radius;
+        let chains = contours.trace(&sphere, Eye::At(center + Vec3::Z * distance));
+        assert_eq!(chains.len(), 1);
+        for &p in &chains.point {
+            assert!(((p - center).z - radius * radius / distance).abs() < 0.01 * radius);
+        }
+    }
+
+    #[test]
+    fn a_torus_seen_from_above_shows_both_circles_and_aslant_hides_the_concave_part() {
+        let torus = mesh("torus");
+        let mut contours = Contours::default();
+        let length = |chains: &Chains, open: bool| -> f32 {
+            (0..chains.len())
+                .flat_map(|k| chains.points(k).skip(1))
+                .filter(|&i| (chains.open[i] && chains.open[i - 1]) == open)
+                .map(|i| (chains.point[i] - chains.point[i - 1]).length())
+                .sum()
+        };
+        let extent = torus.positions.iter().fold(Vec3::ZERO, |m, p| m.max(p.abs()));
+        let axis =
+            [Vec3::X, Vec3::Y, Vec3::Z][(0..3).min_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap()];
+        let across = if axis == Vec3::X { Vec3::Y } else { Vec3::X };
+        let chains = contours.trace(&torus, Eye::Towards((axis + across * 1e-3).normalize()));
+        assert_eq!(chains.len(), 2, "the outer and the inner circle");
+        let (outer, minor) = (extent.max_element(), extent.dot(axis));
+        let expected = std::f32::consts::TAU * (outer + (outer - 2.0 * minor));
+        assert!((length(chains, true) / expected - 1.0).abs() < 0.01);
+        assert!(length(chains, false) < 0.01 * expected);
+        // From the side, the inner rim of the hole is hidden by the torus itself.
+        let chains = contours.trace(&torus, Eye::Towards((axis * 0.4 + across).normalize()));
+        assert!(length(chains, false) > 0.05 * expected, "{}", length(chains, false));
+    }
+
+    #[test]
+    fn the_same_chains_on_any_number_of_threads() {
+        let teapot = mesh("teapot");
+        let eye = Eye::At(Vec3::new(3.0, 5.0, 9.0));
+        let many = Contours::default().trace(&teapot, eye).clone();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(pool.install(|| Contours::default().trace(&teapot, eye).clone()), many);
+        assert!(!many.is_empty());
+        assert_eq!(many.point.len(), many.open.len());
+    }
+}
