@@ -280,6 +280,14 @@ fn every_type_gives_the_same_surface() {
 }
 
 #[test]
+fn vertices_between_the_largest_numbers_lie_where_they_cross() {
+    let samples: Vec<f64> = (0..8).map(|i| if i % 2 == 0 { 1.5e308 } else { -0.5e308 }).collect();
+    let raw = iso(&Volume::from_vec([2; 3], [1.0; 3], samples).unwrap(), 0.0);
+    assert_eq!(raw.positions.len(), 4);
+    assert!(raw.positions.iter().all(|p| (p[0] - 0.75).abs() < 1e-6), "{:?}", raw.positions);
+}
+
+#[test]
 fn samples_that_are_no_numbers_are_outside_and_said_so() {
     let dims = [20, 20, 20];
     let mut samples: Vec<f32> = (0..8000)

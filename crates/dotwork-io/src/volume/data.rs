@@ -58,6 +58,31 @@ pub(crate) fn byte_count(sides: &[u64], sample_bytes: usize) -> Result<u64, Read
     product(sides.iter().copied().chain([sample_bytes as u64]))
 }
 
+/// How many bytes of samples each of `count` files holds that share voxels of `voxel_bytes`. `axes` is how many axes
+/// the header says a file has; that of all axes says nothing.
+///
+/// # Errors
+/// They cannot share them evenly, or not as the header says; the text says which.
+#[cfg(any(feature = "nrrd", feature = "metaimage"))]
+pub(crate) fn share(sizes: &[u64], voxel_bytes: u64, count: u64, axes: Option<usize>) -> Result<u64, String> {
+    let bytes =
+        |sizes: &[u64]| product(sizes.iter().copied().chain([voxel_bytes])).map_err(|e| e.to_string());
+    let all = bytes(sizes)?;
+    if count == 0 {
+        return Err("no data file is named".into());
+    }
+    let share = all / count;
+    if !all.is_multiple_of(count) || !share.is_multiple_of(voxel_bytes) {
+        return Err(format!("{count} data files cannot share {all} bytes of samples evenly"));
+    }
+    if let Some(axes) = axes.filter(|&n| n < sizes.len())
+        && bytes(&sizes[..axes])? != share
+    {
+        return Err(format!("{count} data files of {axes} axes each do not make what the sizes declare"));
+    }
+    Ok(share)
+}
+
 /// Puts one file's samples into `fill`. `offset` is where `stream` began in its file, for messages.
 ///
 /// # Errors

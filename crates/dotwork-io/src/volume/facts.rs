@@ -19,6 +19,12 @@ impl Facts {
             self.0.push((short(name.as_ref()), text));
         }
     }
+
+    /// Adds the sizes of all axes of the file.
+    pub(crate) fn add_axes(&mut self, sizes: &[u64]) {
+        let sizes: Vec<String> = sizes.iter().map(u64::to_string).collect();
+        self.add("axes", sizes.join(" x "));
+    }
 }
 
 /// One line of text, shortened.

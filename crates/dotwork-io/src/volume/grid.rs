@@ -100,22 +100,57 @@ fn or_axis(v: DVec3, axis: usize) -> DVec3 {
 /// The unit that a file calls `name`, and how many of it make one of the file's.
 pub(crate) fn unit_named(name: &str) -> Option<(Unit, f64)> {
     let name = name.trim().trim_matches('"').to_lowercase();
-    Some(match name.as_str() {
-        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => (Unit::Millimetre, 1.0),
-        "cm" | "centimeter" | "centimeters" | "centimetre" => (Unit::Millimetre, 10.0),
-        "um" | "µm" | "μm" | "micron" | "microns" | "micrometer" | "micrometre" | "\\u00b5m" => {
+    let singular = name.strip_suffix('s').filter(|n| n.len() > 3).unwrap_or(&name);
+    Some(match singular {
+        "mm" | "millimeter" | "millimetre" => (Unit::Millimetre, 1.0),
+        "cm" | "centimeter" | "centimetre" => (Unit::Millimetre, 10.0),
+        // The micro sign, the Greek letter, and how ImageJ and XML escape the sign.
+        "um" | "µm" | "μm" | "\\u00b5m" | "&#181;m" | "&#xb5;m" | "micron" | "micrometer" | "micrometre" => {
             (Unit::Micrometre, 1.0)
         }
-        "nm" | "nanometer" | "nanometre" | "nanometers" => (Unit::Nanometre, 1.0),
-        "m" | "meter" | "meters" | "metre" => (Unit::Metre, 1.0),
+        "nm" | "nanometer" | "nanometre" => (Unit::Nanometre, 1.0),
+        "å" | "angstrom" => (Unit::Nanometre, 0.1),
+        "m" | "meter" | "metre" => (Unit::Metre, 1.0),
         "inch" | "in" => (Unit::Millimetre, 25.4),
         _ => return None,
     })
 }
 
+/// How many of `unit` make one of `named`, a unit and how many of it that is; `None` if nobody can know.
+pub(crate) fn converted(named: (Unit, f64), unit: Unit) -> Option<f64> {
+    let (of, factor) = named;
+    if of == unit {
+        return Some(factor);
+    }
+    Some(factor * of.millimetres()? / unit.millimetres()?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_have_many_names() {
+        for (names, expected) in [
+            ("mm MM millimeters millimetre \"mm\"", (Unit::Millimetre, 1.0)),
+            ("cm centimetres", (Unit::Millimetre, 10.0)),
+            ("um µm μm \\u00B5m &#181;m &#xB5;m micron microns micrometers", (Unit::Micrometre, 1.0)),
+            ("nm nanometres", (Unit::Nanometre, 1.0)),
+            ("Å angstrom Angstroms", (Unit::Nanometre, 0.1)),
+            ("m meters metre", (Unit::Metre, 1.0)),
+            ("in inch", (Unit::Millimetre, 25.4)),
+        ] {
+            for name in names.split(' ') {
+                assert_eq!(unit_named(name), Some(expected), "{name}");
+            }
+        }
+        for name in ["", "s", "ms", "pixel", "pixels", "mms"] {
+            assert_eq!(unit_named(name), None, "{name}");
+        }
+        assert_eq!(converted((Unit::Millimetre, 10.0), Unit::Micrometre), Some(10_000.0));
+        assert_eq!(converted((Unit::Unknown, 1.0), Unit::Unknown), Some(1.0));
+        assert_eq!(converted((Unit::Unknown, 1.0), Unit::Metre), None);
+    }
 
     #[test]
     fn missing_steps_are_completed_at_right_angles() {

@@ -11,7 +11,7 @@ use crate::error::{ReadErrorKind, quote};
 use crate::gzip::is_gzip;
 use crate::volume::Found;
 use crate::volume::ascii::read_numbers;
-use crate::volume::data::{After, Part, Skip, pour, product};
+use crate::volume::data::{After, Part, Skip, pour, product, share};
 use crate::volume::facts::Facts;
 use crate::volume::files::{Files, in_file, listing, numbered};
 use crate::volume::fill::Fill;
@@ -70,8 +70,7 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
         warnings.say(format!("the first of {volumes} volumes is taken"));
     }
     if axes != 3 {
-        let sizes: Vec<String> = header.sizes.iter().map(u64::to_string).collect();
-        header.facts.add("axes", sizes.join(" x "));
+        header.facts.add_axes(&header.sizes);
     }
     let mut fill = Fill::new(sample, wanted / width)?;
     let mut packing = Packing::None;
@@ -96,21 +95,8 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
         }
         Data::Files { names, axes: of_each } => {
             let count = names.len() as u64;
-            if count == 0 || !declared.is_multiple_of(count) || !(declared / count).is_multiple_of(width) {
-                return Err(ReadErrorKind::at_line(
-                    line,
-                    format!("{count} data files cannot share {declared} bytes of samples evenly"),
-                ));
-            }
-            if let Some(n) = of_each.filter(|&n| n < axes) {
-                let each = product(header.sizes[..n].iter().copied().chain([channels, width]))?;
-                if each != declared / count {
-                    return Err(ReadErrorKind::at_line(
-                        line,
-                        format!("{count} data files of {n} axes each do not make what DimSize declares"),
-                    ));
-                }
-            }
+            let share = share(&header.sizes, channels * width, count, of_each)
+                .map_err(|reason| ReadErrorKind::at_line(line, reason))?;
             header.facts.add("data files", listing(&names));
             for name in &names {
                 if fill.missing() == 0 {
@@ -119,7 +105,7 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
                 let path = files.path(name);
                 let bytes = files.open(&path)?;
                 let many = count > 1;
-                let part = Source { bytes: &bytes, start: 0, line: 1, declared: declared / count, many };
+                let part = Source { bytes: &bytes, start: 0, line: 1, declared: share, many };
                 packing = in_file(&path, take(&mut fill, part, &header, warnings))?;
             }
         }

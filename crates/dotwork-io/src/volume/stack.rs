@@ -119,10 +119,10 @@ pub(super) fn read(files: &mut Files, warnings: &mut Warnings) -> Result<Found, 
 
 fn one_page<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Pages<'a>, ReadErrorKind> {
     let pages = Pages::of(bytes, warnings)?;
-    if pages.len() != 1 {
+    let slices = pages.slices();
+    if slices != 1 {
         return Err(ReadErrorKind::Refused(format!(
-            "holds {} pages; of a folder, each file is one slice",
-            pages.len()
+            "holds {slices} pages; of a folder, each file is one slice"
         )));
     }
     Ok(pages)

@@ -59,6 +59,43 @@ impl<'a> Lines<'a> {
         let word = word.copied().unwrap_or_default();
         word.parse().map_err(|_| self.error(format!("{} is not the number expected", quote(word.as_bytes()))))
     }
+
+    /// The three numbers behind the first word.
+    fn three<T: std::str::FromStr>(&self, words: &[&str]) -> Result<[T; 3], ReadErrorKind> {
+        Ok([self.number(words.get(1))?, self.number(words.get(2))?, self.number(words.get(3))?])
+    }
+
+    /// Passes over what is said about an array, up to a blank line.
+    fn skip_metadata(&mut self) {
+        while self.any().is_some_and(|line| !line.is_empty()) {}
+    }
+
+    /// Passes over the values of `arrays` arrays of a field that belongs to the whole file: its time, for example.
+    fn skip_field(&mut self, arrays: u64, binary: bool) -> Result<(), ReadErrorKind> {
+        for _ in 0..arrays {
+            let mut words = self.words()?;
+            if words[0] == "METADATA" {
+                self.skip_metadata();
+                words = self.words()?;
+            }
+            let sample = sample_type(words.get(3).copied().unwrap_or_default(), self)?;
+            let values = product([self.number(words.get(1))?, self.number(words.get(2))?])?;
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let width = if binary { sample.bytes() as u64 } else { 1 };
+            // A number of a text takes a character at least.
+            if values.checked_mul(width).is_none_or(|n| n > rest.len() as u64) {
+                return Err(self.error(format!("a field of {values} values, which are not there")));
+            }
+            let length = if binary {
+                (values * width) as usize
+            } else {
+                read_numbers(&mut Fill::new(sample, values)?, rest, self.line + 1, values as usize)?
+            };
+            self.at += length;
+            self.line += rest[..length].iter().filter(|&&b| b == b'\n').count() as u64;
+        }
+        Ok(())
+    }
 }
 
 /// The attribute that becomes the volume.
@@ -92,26 +129,23 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Found, ReadE
     let mut origin = DVec3::ZERO;
     let (count, cells) = loop {
         let words = lines.words()?;
-        let three = |lines: &Lines| -> Result<[f64; 3], ReadErrorKind> {
-            Ok([lines.number(words.get(1))?, lines.number(words.get(2))?, lines.number(words.get(3))?])
-        };
         match words[0].to_ascii_uppercase().as_str() {
             "DIMENSIONS" => {
-                let sides: [u64; 3] =
-                    [lines.number(words.get(1))?, lines.number(words.get(2))?, lines.number(words.get(3))?];
+                let sides: [u64; 3] = lines.three(&words)?;
                 if sides.contains(&0) {
                     return Err(lines.error("a side of 0"));
                 }
                 points = Some(sides);
             }
-            "SPACING" | "ASPECT_RATIO" => spacing = Some(three(&lines)?),
-            "ORIGIN" => origin = DVec3::from_array(three(&lines)?),
+            "SPACING" | "ASPECT_RATIO" => spacing = Some(lines.three(&words)?),
+            "ORIGIN" => origin = DVec3::from_array(lines.three(&words)?),
             "POINT_DATA" => break (lines.number::<u64>(words.get(1))?, false),
             "CELL_DATA" => break (lines.number::<u64>(words.get(1))?, true),
-            // Fields of the whole file come before its points; they are small, and only skipped in text.
-            "FIELD" | "METADATA" => {
-                return Err(lines.error(format!("{} before the data is not read", words[0])));
+            "FIELD" => {
+                let arrays = lines.number(words.get(2))?;
+                lines.skip_field(arrays, binary)?;
             }
+            "METADATA" => lines.skip_metadata(),
             other => {
                 return Err(lines.error(format!("{} is not expected here", quote(other.as_bytes()))));
             }
@@ -165,7 +199,12 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Found, ReadE
     let spacing = spacing.unwrap_or([1.0; 3]);
     let spacing = [0, 1, 2].map(|i| usable_spacing(spacing[i], i, warnings));
     if cells {
-        origin += 0.5 * DVec3::from_array(spacing);
+        for axis in 0..3 {
+            // The cells of a flat grid lie in its plane.
+            if points[axis] > 1 {
+                origin[axis] += 0.5 * spacing[axis];
+            }
+        }
     }
     let steps = [0, 1, 2].map(|i| Some(DVec3::AXES[i] * spacing[i]));
     Ok(Found {
@@ -269,6 +308,9 @@ fn sample_type(name: &str, lines: &Lines) -> Result<SampleType, ReadErrorKind> {
         "float" => SampleType::F32,
         "double" => SampleType::F64,
         "bit" => return Err(lines.error("samples of 1 bit are not read")),
+        "string" | "utf8_string" | "variant" => {
+            return Err(lines.error(format!("arrays of type {name} are not read")));
+        }
         _ => return Err(lines.error(format!("{} is no sample type of VTK", quote(name.as_bytes())))),
     })
 }

@@ -52,6 +52,17 @@ pub fn refusal_among(name: &str, bytes: &[u8], others: &[(&str, &[u8])]) -> Stri
     message
 }
 
+/// A good file is refused once one thing in it is replaced: `cases` say what, by what, and for which reason.
+pub fn refused_with(name: &str, good: &[u8], cases: &[(&str, &str, &str)]) {
+    let good = std::str::from_utf8(good).expect("samples that are text");
+    assert!(read_among(name, good.as_bytes(), &[], &VolumeOptions::default()).0.is_ok());
+    for (from, to, reason) in cases {
+        assert!(good.contains(from), "{from}");
+        let message = refusal(name, good.replacen(from, to, 1).as_bytes());
+        assert_eq!(message, format!("{name}: {reason}"));
+    }
+}
+
 /// The samples as numbers.
 pub fn numbers(file: &VolumeFile) -> Vec<f64> {
     let samples = file.volume.samples();
@@ -87,6 +98,11 @@ pub fn zlib(bytes: &[u8]) -> Vec<u8> {
 /// The numbers 0 to 23 as int16 of either byte order.
 pub fn int16(big_endian: bool) -> Vec<u8> {
     (0..24i16).flat_map(|i| if big_endian { i.to_be_bytes() } else { i.to_le_bytes() }).collect()
+}
+
+/// What the samples of [`int16`] are.
+pub fn counting() -> Vec<f64> {
+    (0..24).map(f64::from).collect()
 }
 
 /// The header of an attached NRRD file, with further lines.

@@ -44,6 +44,7 @@ pub(super) struct Header {
 /// Numbers at places of a header that is known to be long enough.
 struct Bytes<'a> {
     bytes: &'a [u8],
+    second: bool,
     big_endian: bool,
 }
 
@@ -72,20 +73,23 @@ impl Bytes<'_> {
         i64::from_le_bytes(self.array(at))
     }
 
-    fn f32(&self, at: usize) -> f64 {
-        f64::from(f32::from_le_bytes(self.array(at)))
+    /// A code: 16 bits in NIfTI-1, 32 in NIfTI-2.
+    fn code(&self, at: usize) -> i64 {
+        if self.second { self.i32(at).into() } else { self.i16(at).into() }
     }
 
-    fn f64(&self, at: usize) -> f64 {
-        f64::from_le_bytes(self.array(at))
+    /// A float: single in NIfTI-1, double in NIfTI-2.
+    fn float(&self, at: usize) -> f64 {
+        if self.second {
+            f64::from_le_bytes(self.array(at))
+        } else {
+            f32::from_le_bytes(self.array(at)).into()
+        }
     }
 
-    fn f32s<const N: usize>(&self, at: usize) -> [f64; N] {
-        std::array::from_fn(|i| self.f32(at + 4 * i))
-    }
-
-    fn f64s<const N: usize>(&self, at: usize) -> [f64; N] {
-        std::array::from_fn(|i| self.f64(at + 8 * i))
+    fn floats<const N: usize>(&self, at: usize) -> [f64; N] {
+        let width = if self.second { 8 } else { 4 };
+        std::array::from_fn(|i| self.float(at + width * i))
     }
 
     fn text(&self, at: usize, length: usize) -> String {
@@ -111,8 +115,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, ReadErrorKind> {
     if bytes.len() < length {
         return wrong(bytes.len(), &format!("the file ends within the {length} bytes of its NIfTI header"));
     }
-    let b = Bytes { bytes: &bytes[..length], big_endian };
     let second = length == SECOND;
+    let b = Bytes { bytes: &bytes[..length], second, big_endian };
     let magic_at = if second { 4 } else { 344 };
     let single = match (&b.bytes[magic_at..magic_at + 4], second) {
         (b"n+1\0", false) | (b"n+2\0", true) => true,
@@ -122,58 +126,34 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, ReadErrorKind> {
         }
         _ => return wrong(magic_at, "is no NIfTI header: its mark is none of n+1, ni1, n+2, ni2"),
     };
-    Ok(if second { second_version(&b, single) } else { first_version(&b, single) })
+    Ok(fields(&b, single))
 }
 
-fn first_version(b: &Bytes, single: bool) -> Header {
+fn fields(b: &Bytes, single: bool) -> Header {
+    // Where a field stands in NIfTI-1 and in NIfTI-2.
+    let at = |first: usize, second: usize| if b.second { second } else { first };
     Header {
-        second: false,
+        second: b.second,
         big_endian: b.big_endian,
         single,
-        dim: std::array::from_fn(|i| i64::from(b.i16(40 + 2 * i))),
-        datatype: b.i16(70),
-        datatype_at: 70,
-        bitpix: b.i16(72),
-        pixdim: b.f32s(76),
-        vox_offset: b.f32(108),
-        scaling: b.f32s(112),
-        display: [b.f32(128), b.f32(124)],
-        units: i64::from(b.bytes[123]),
-        qform_code: i64::from(b.i16(252)),
-        sform_code: i64::from(b.i16(254)),
-        quaternion: b.f32s(256),
-        offset: b.f32s(268),
-        rows: [b.f32s(280), b.f32s(296), b.f32s(312)],
-        intent: i64::from(b.i16(68)),
-        intent_name: b.text(328, 16),
-        description: b.text(148, 80),
-        auxiliary: b.text(228, 24),
-    }
-}
-
-fn second_version(b: &Bytes, single: bool) -> Header {
-    Header {
-        second: true,
-        big_endian: b.big_endian,
-        single,
-        dim: std::array::from_fn(|i| b.i64(16 + 8 * i)),
-        datatype: b.i16(12),
-        datatype_at: 12,
-        bitpix: b.i16(14),
-        pixdim: b.f64s(104),
-        vox_offset: b.i64(168) as f64,
-        scaling: b.f64s(176),
-        display: [b.f64(200), b.f64(192)],
-        units: i64::from(b.i32(500)),
-        qform_code: i64::from(b.i32(344)),
-        sform_code: i64::from(b.i32(348)),
-        quaternion: b.f64s(352),
-        offset: b.f64s(376),
-        rows: [b.f64s(400), b.f64s(432), b.f64s(464)],
-        intent: i64::from(b.i32(504)),
-        intent_name: b.text(508, 16),
-        description: b.text(240, 80),
-        auxiliary: b.text(320, 24),
+        dim: std::array::from_fn(|i| if b.second { b.i64(16 + 8 * i) } else { b.i16(40 + 2 * i).into() }),
+        datatype: b.i16(at(70, 12)),
+        datatype_at: at(70, 12),
+        bitpix: b.i16(at(72, 14)),
+        pixdim: b.floats(at(76, 104)),
+        vox_offset: if b.second { b.i64(168) as f64 } else { b.float(108) },
+        scaling: b.floats(at(112, 176)),
+        display: [b.float(at(128, 200)), b.float(at(124, 192))],
+        units: if b.second { b.i32(500).into() } else { b.bytes[123].into() },
+        qform_code: b.code(at(252, 344)),
+        sform_code: b.code(at(254, 348)),
+        quaternion: b.floats(at(256, 352)),
+        offset: b.floats(at(268, 376)),
+        rows: [b.floats(at(280, 400)), b.floats(at(296, 432)), b.floats(at(312, 464))],
+        intent: b.code(at(68, 504)),
+        intent_name: b.text(at(328, 508), 16),
+        description: b.text(at(148, 240), 80),
+        auxiliary: b.text(at(228, 320), 24),
     }
 }
 

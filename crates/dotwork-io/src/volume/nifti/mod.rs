@@ -206,8 +206,7 @@ impl Header {
 
     fn add_facts(&self, axes: &[u64], how: Reduction, facts: &mut Facts) {
         if axes.len() > 3 && axes[3..].iter().any(|&n| n > 1) {
-            let sizes: Vec<String> = axes.iter().map(u64::to_string).collect();
-            facts.add("axes", sizes.join(" x "));
+            facts.add_axes(axes);
         }
         match how {
             Reduction::First => {}

@@ -9,7 +9,7 @@ use dotwork_volume::{Affine, Space, Unit};
 use glam::DVec3;
 
 use crate::error::ReadErrorKind;
-use crate::volume::grid::{self, lps_from_ras, unit_named, usable_spacing};
+use crate::volume::grid::{self, converted, lps_from_ras, unit_named, usable_spacing};
 use crate::volume::nrrd::header::Header;
 use crate::volume::reduce::Reduction;
 
@@ -68,8 +68,7 @@ pub(super) fn plan(header: &mut Header, warnings: &mut Warnings) -> Result<Plan,
         warnings.say(format!("the first of {volumes} volumes is taken"));
     }
     if header.sizes.len() != 3 || volumes > 1 || !reductions.is_empty() {
-        let sizes: Vec<String> = header.sizes.iter().map(u64::to_string).collect();
-        header.facts.add("axes", sizes.join(" x "));
+        header.facts.add_axes(&header.sizes);
     }
     let mut dims = [1; 3];
     for (dim, &axis) in dims.iter_mut().zip(&spatial) {
@@ -93,7 +92,18 @@ fn spatial_axes(header: &Header) -> Vec<usize> {
         }
     }
     const SPACE: [&str; 4] = ["domain", "space", "???", "none"];
-    axes.filter(|&a| header.kinds.get(a).is_none_or(|k| SPACE.contains(&k.as_str()))).take(3).collect()
+    let mut axes: Vec<usize> =
+        axes.filter(|&a| header.kinds.get(a).is_none_or(|k| SPACE.contains(&k.as_str()))).collect();
+    // Before three axes that have a spacing, one without is no space: the values of a voxel, by custom.
+    let spacing = |a: usize| header.spacings.get(a).is_some_and(|s| !s.is_nan());
+    if let [first, x, y, z, ..] = axes[..]
+        && !spacing(first)
+        && [x, y, z].into_iter().all(spacing)
+    {
+        axes.remove(0);
+    }
+    axes.truncate(3);
+    axes
 }
 
 /// How many colours the kind of an axis says it has.
@@ -137,6 +147,9 @@ fn affine(header: &Header, spatial: &[usize], warnings: &mut Warnings) -> Affine
             }
         }
     } else {
+        if header.origin.is_some() {
+            warnings.say("the space origin is ignored, as no axis has a direction");
+        }
         let axis_steps: Vec<f64> = spatial
             .iter()
             .enumerate()
@@ -156,12 +169,33 @@ fn affine(header: &Header, spatial: &[usize], warnings: &mut Warnings) -> Affine
             }
         }
     }
-    let named = header.space_units.first().or_else(|| header.units.get(spatial[0]));
-    let (unit, factor) = named.and_then(|name| unit_named(name)).unwrap_or((Unit::Unknown, 1.0));
-    let steps = steps.map(|s| s.map(|s: DVec3| s * factor));
+    let (unit, factors) = unit(header, spatial, directed, warnings);
+    let steps = steps.map(|s| s.map(|s: DVec3| s * factors));
     // Without directions nothing says how the axes lie in the declared space.
     let space = if directed { space } else { Space::Unknown };
-    grid::affine(steps, origin * factor, space, unit, warnings)
+    grid::affine(steps, origin * factors, space, unit, warnings)
+}
+
+/// The unit of the world, that of its first axis, and how many of it make one of the file's along x, y and z.
+fn unit(header: &Header, spatial: &[usize], directed: bool, warnings: &mut Warnings) -> (Unit, DVec3) {
+    let names: Vec<&String> = if header.space_units.is_empty() {
+        // Axes with directions are not those of the world, and the format gives them no units of their own.
+        let axes = if directed { 1 } else { 3 };
+        spatial.iter().take(axes).map_while(|&a| header.units.get(a)).collect()
+    } else {
+        header.space_units.iter().take(3).collect()
+    };
+    let named: Vec<(Unit, f64)> =
+        names.iter().map(|name| unit_named(name).unwrap_or((Unit::Unknown, 1.0))).collect();
+    let Some(&(unit, factor)) = named.first() else { return (Unit::Unknown, DVec3::ONE) };
+    let mut factors = DVec3::splat(factor);
+    for (axis, &other) in named.iter().enumerate() {
+        match converted(other, unit) {
+            Some(factor) => factors[axis] = factor,
+            None => warnings.say("the axes have units that cannot be compared: the first is taken for all"),
+        }
+    }
+    (unit, factors)
 }
 
 fn on_nodes(header: &Header, axis: usize) -> bool {
@@ -170,12 +204,14 @@ fn on_nodes(header: &Header, axis: usize) -> bool {
 
 /// The spacing that the file gives an axis, directly or by its two ends.
 fn declared_spacing(header: &Header, axis: usize) -> Option<f64> {
-    if let Some(&spacing) = header.spacings.get(axis) {
-        return Some(spacing);
-    }
-    let (min, max) = (header.mins.get(axis)?, header.maxs.get(axis)?);
-    let n = header.sizes[axis] as f64;
-    Some((max - min) / if on_nodes(header, axis) { n - 1.0 } else { n })
+    let spacing = header.spacings.get(axis).copied();
+    let by_ends = || {
+        let (min, max) = (header.mins.get(axis)?, header.maxs.get(axis)?);
+        let n = header.sizes[axis] as f64;
+        Some((max - min) / if on_nodes(header, axis) { n - 1.0 } else { n })
+    };
+    // NaN is how the format says that nobody knows.
+    spacing.filter(|s| !s.is_nan()).or_else(by_ends).or(spacing)
 }
 
 /// The space that a file declares, and how its vectors become LPS.

@@ -13,7 +13,7 @@ use dotwork_volume::Scaling;
 use crate::error::ReadErrorKind;
 use crate::volume::Found;
 use crate::volume::ascii::{read_hex, read_numbers};
-use crate::volume::data::{After, Part, Skip, after_samples, pour, product};
+use crate::volume::data::{After, Part, Skip, after_samples, pour, product, share};
 use crate::volume::files::{Files, in_file, listing};
 use crate::volume::fill::Fill;
 use crate::volume::nrrd::axes::Plan;
@@ -37,7 +37,8 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
             read_part(&mut fill, data, header.end, header.lines, &header, all_bytes, false, warnings)?;
         }
         DataFiles::Named { names, share_axes } => {
-            let share = share(&header, names.len() as u64, share_axes, all_bytes)?;
+            let share = share(&header.sizes, width, names.len() as u64, share_axes)
+                .map_err(|reason| ReadErrorKind::at_line(header.data_line, reason))?;
             header.facts.add("data files", listing(&names));
             let many = names.len() > 1;
             for name in &names {
@@ -68,30 +69,6 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
         format: header.format(),
         facts: header.facts,
     })
-}
-
-/// How many bytes of samples each of `count` files holds. `share_axes` is how many axes the header says a file has.
-fn share(header: &Header, count: u64, share_axes: Option<usize>, all: u64) -> Result<u64, ReadErrorKind> {
-    let wrong = |reason: String| ReadErrorKind::at_line(header.data_line, reason);
-    if count == 0 {
-        return Err(wrong("no data file is named".into()));
-    }
-    if !all.is_multiple_of(count) {
-        return Err(wrong(format!("{count} data files cannot share {all} bytes of samples evenly")));
-    }
-    let share = all / count;
-    if !share.is_multiple_of(header.sample.bytes() as u64) {
-        return Err(wrong(format!("{count} data files cannot share the samples evenly")));
-    }
-    if let Some(axes) = share_axes.filter(|&n| n < header.sizes.len()) {
-        let expected = product(header.sizes[..axes].iter().copied().chain([header.sample.bytes() as u64]))?;
-        if expected != share {
-            return Err(wrong(format!(
-                "{count} data files of {axes} axes each do not make what the sizes declare"
-            )));
-        }
-    }
-    Ok(share)
 }
 
 /// Takes from one file what is still missing; `declared` bytes of samples should be in it.

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::error::ReadErrorKind;
 use crate::volume::facts::Facts;
-use crate::volume::grid::{self, unit_named, usable_spacing};
+use crate::volume::grid::{self, converted, unit_named, usable_spacing};
 use crate::volume::tiff::directory::{Directory, Tag, Tiff};
 use crate::volume::tiff::page::{Compression, Page};
 
@@ -70,13 +70,26 @@ impl Description {
     pub(super) fn slices_of_one_page(&self, pages: &[Page]) -> Option<usize> {
         let [page] = pages else { return None };
         let plain = page.compression == Compression::None && page.components == 1 && !page.tiled;
-        (self.writer == Writer::ImageJ && plain).then(|| self.count("images", ""))
+        let images = self.count("images", "");
+        // Where the directory follows the samples, other slices do not.
+        let slice = (page.width as u64).saturating_mul((page.height * page.sample.bytes()) as u64);
+        let start = page.first_offset();
+        let block = start..start.saturating_add(slice.saturating_mul(images as u64));
+        (self.writer == Writer::ImageJ && plain && !block.contains(&(page.at as u64))).then_some(images)
     }
 
-    /// Which of `pages` pages are the slices of the first channel and frame.
-    pub(super) fn choose(&self, pages: usize, warnings: &mut Warnings) -> Vec<usize> {
-        let channels = self.count("channels", "SizeC");
+    /// Which of `pages` pages of `components` samples a pixel are the slices of the first channel and frame.
+    pub(super) fn choose(&self, pages: usize, components: usize, warnings: &mut Warnings) -> Vec<usize> {
+        let mut channels = self.count("channels", "SizeC");
+        if self.writer == Writer::Ome && channels.is_multiple_of(components) {
+            // OME counts the colours of a pixel as channels, which share a page.
+            channels /= components;
+        }
         let frames = self.count("frames", "SizeT");
+        let images = if self.writer == Writer::ImageJ { self.count("images", "") } else { 1 };
+        if images > pages {
+            warnings.say(format!("the description declares {images} images, but the file holds {pages}"));
+        }
         let slices = match self.writer {
             Writer::ImageJ => pages / channels.saturating_mul(frames).max(1),
             _ => self.count("slices", "SizeZ"),
@@ -166,16 +179,19 @@ impl Description {
     fn ome_spacing(&self, warnings: &mut Warnings) -> Option<([f64; 3], Unit)> {
         let size = |key: &str| {
             let size: f64 = self.ome(key)?.parse().ok()?;
-            // Micrometres, unless it says otherwise; the unit of x is that of the world.
-            let (unit, factor) = match self.ome(&format!("{key}Unit")) {
+            // Micrometres, unless it says otherwise.
+            let named = match self.ome(&format!("{key}Unit")) {
                 None => (Unit::Micrometre, 1.0),
                 Some(name) => unit_named(name).unwrap_or((Unit::Unknown, 1.0)),
             };
-            Some((size * factor, unit)).filter(|(s, _)| s.is_finite() && *s > 0.0)
+            (size.is_finite() && size > 0.0).then_some((size, named))
         };
-        let (x, unit) = size("PhysicalSizeX")?;
-        let (y, _) = size("PhysicalSizeY").filter(|s| s.1 == unit)?;
-        let z = size("PhysicalSizeZ").filter(|s| s.1 == unit).map(|s| s.0).unwrap_or_else(|| {
+        // The unit of x is that of the world.
+        let (x, (unit, factor)) = size("PhysicalSizeX")?;
+        let x = x * factor;
+        let in_unit = |key: &str| size(key).and_then(|(s, named)| Some(s * converted(named, unit)?));
+        let y = in_unit("PhysicalSizeY")?;
+        let z = in_unit("PhysicalSizeZ").unwrap_or_else(|| {
             warnings.say("no distance of slices in the file: that of pixels assumed");
             x
         });

@@ -47,6 +47,7 @@ pub(super) enum Tag {
     FillOrder = 266,
     Description = 270,
     StripOffsets = 273,
+    Orientation = 274,
     SamplesPerPixel = 277,
     RowsPerStrip = 278,
     StripByteCounts = 279,
@@ -88,6 +89,8 @@ impl<'a> Tiff<'a> {
     pub(super) fn directories(&self) -> Result<Vec<Directory>, ReadErrorKind> {
         let mut next = if self.big { self.number(8, 8)? } else { self.number(4, 4)? };
         let mut seen = BTreeSet::new();
+        // Directories that overlap would make a small file large.
+        let mut budget = self.bytes.len() / self.entry_bytes() as usize;
         let mut found = Vec::new();
         while next != 0 {
             if !seen.insert(next) {
@@ -97,6 +100,9 @@ impl<'a> Tiff<'a> {
                 return Err(ReadErrorKind::TooLarge(format!("holds more than {MOST_PAGES} pages")));
             }
             let (directory, after) = self.directory(next)?;
+            budget = budget.checked_sub(directory.entries.len()).ok_or_else(|| {
+                ReadErrorKind::at_byte(directory.at, "its pages declare more entries than the file holds")
+            })?;
             found.push(directory);
             next = after;
         }
@@ -106,9 +112,14 @@ impl<'a> Tiff<'a> {
         Ok(found)
     }
 
+    /// Bytes of an entry of a directory.
+    fn entry_bytes(&self) -> u64 {
+        if self.big { 20 } else { 12 }
+    }
+
     fn directory(&self, at: u64) -> Result<(Directory, u64), ReadErrorKind> {
         let (count_width, offset_width) = if self.big { (8, 8) } else { (2, 4) };
-        let entry_bytes = 4 + 2 * offset_width as u64;
+        let entry_bytes = self.entry_bytes();
         let count = self.number(at, count_width)?;
         // Far more than a page has, and few enough that no sum below can overflow.
         if count > 4096 || at > self.bytes.len() as u64 {

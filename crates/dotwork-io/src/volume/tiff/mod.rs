@@ -90,9 +90,9 @@ impl<'a> Pages<'a> {
         Ok(Pages { tiff, pages, kind, description })
     }
 
-    /// How many pages there are.
-    pub(super) fn len(&self) -> usize {
-        self.pages.len()
+    /// How many pages there are, with those that ImageJ leaves out of the chain.
+    pub(super) fn slices(&self) -> usize {
+        self.description.slices_of_one_page(&self.pages).unwrap_or(self.pages.len())
     }
 
     /// Appends a page to `fill`.
@@ -124,6 +124,12 @@ impl<'a> Pages<'a> {
             }
             Color::Rgb => warnings.say("RGB samples: their luminance (Rec. 709) is taken"),
             Color::Palette => warnings.say("palette colours: their indices are taken"),
+        }
+        if first.orientation != 1 {
+            let code = first.orientation;
+            warnings.say(format!(
+                "the file says that its pages are turned (orientation {code}): taken as stored"
+            ));
         }
         if self.kind.components > 1 && self.kind.how == Reduction::First {
             warnings.say(format!("{} values a pixel: the first is taken", self.kind.components));
@@ -164,15 +170,13 @@ fn append(fill: &mut Fill, samples: &mut Samples) -> Result<(), ReadErrorKind> {
 pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Found, ReadErrorKind> {
     let pages = Pages::of(bytes, warnings)?;
     let mut facts = Facts::default();
-    if let Some(slices) = pages.description.slices_of_one_page(&pages.pages)
-        && slices > 1
-    {
-        return read_imagej_block(bytes, &pages, slices, warnings);
+    if pages.slices() > pages.pages.len() {
+        return read_imagej_block(bytes, &pages, pages.slices(), warnings);
     }
-    facts.add("pages", pages.len().to_string());
+    facts.add("pages", pages.pages.len().to_string());
     pages.describe(&mut facts, warnings);
-    let chosen = pages.description.choose(pages.len(), warnings);
-    let Kind { width, height, sample, .. } = pages.kind;
+    let Kind { width, height, sample, components, .. } = pages.kind;
+    let chosen = pages.description.choose(pages.pages.len(), components, warnings);
     let count = byte_count(&[width as u64, height as u64, chosen.len() as u64], 1)?;
     let mut fill = Fill::new(sample, count)?;
     // Each page's strips were found long enough to hold what it declares.
@@ -202,22 +206,24 @@ fn read_imagej_block(
     let mut facts = Facts::default();
     facts.add("pages", format!("1, followed by {} slices without pages of their own", images - 1));
     pages.describe(&mut facts, warnings);
-    let chosen = pages.description.choose(images, warnings);
-    let Kind { width, height, sample, .. } = pages.kind;
-    let slice = byte_count(&[width as u64, height as u64], sample.bytes())?;
+    let Kind { width, height, sample, components, .. } = pages.kind;
+    // The page's own samples were found to be there, so that this is a length in memory.
+    let slice = byte_count(&[width as u64, height as u64], sample.bytes())? as usize;
     let start = pages.pages[0].first_offset();
-    let mut fill = Fill::new(sample, byte_count(&[width as u64, height as u64, chosen.len() as u64], 1)?)?;
     let data = usize::try_from(start).ok().and_then(|s| bytes.get(s..)).unwrap_or_default();
+    // The number is checked before a list of so many is made.
+    if images > data.len() / slice {
+        let cut = data.len() / slice + 1;
+        return Err(ReadErrorKind::at_byte(
+            bytes.len(),
+            format!("the file ends within slice {cut} of the {images} its description declares"),
+        ));
+    }
+    let chosen = pages.description.choose(images, components, warnings);
+    let mut fill = Fill::new(sample, byte_count(&[width as u64, height as u64, chosen.len() as u64], 1)?)?;
+    fill.allocate()?;
     for &index in &chosen {
-        let from = (index as u64).saturating_mul(slice);
-        let slice_data = usize::try_from(from).ok().and_then(|f| data.get(f..)?.get(..slice as usize));
-        let slice_data = slice_data.ok_or_else(|| {
-            ReadErrorKind::at_byte(
-                bytes.len(),
-                format!("the file ends within slice {} of the {images} its description declares", index + 1),
-            )
-        })?;
-        fill.room(slice as usize)?.copy_from_slice(slice_data);
+        fill.room(slice)?.copy_from_slice(&data[index * slice..][..slice]);
     }
     let affine = pages.affine(&mut facts, warnings);
     Ok(Found {

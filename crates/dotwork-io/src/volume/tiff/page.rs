@@ -75,6 +75,8 @@ pub(super) struct Page {
     pub(super) sample: SampleType,
     pub(super) components: usize,
     pub(super) color: Color,
+    /// 1 if rows run down and columns to the right (TIFF 6.0, section 8).
+    pub(super) orientation: u64,
     pub(super) compression: Compression,
     pub(super) predictor: Predictor,
     /// Components lie in planes of their own.
@@ -150,6 +152,7 @@ impl Page {
             sample,
             components,
             color,
+            orientation: integer(Tag::Orientation, 1)?,
             compression,
             predictor,
             planar,
