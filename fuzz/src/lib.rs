@@ -94,7 +94,7 @@ pub fn raw(data: &[u8]) {
             assert_eq!(layout.to_string().parse(), Ok(layout.clone()));
             read_volume(
                 "x.raw",
-                &VolumeOptions { raw: Some(layout) },
+                &VolumeOptions { raw: Some(layout), ..VolumeOptions::default() },
                 data.get(end + 1..).unwrap_or_default(),
             );
         }

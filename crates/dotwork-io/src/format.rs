@@ -265,7 +265,7 @@ fn foreign_content(bytes: &[u8]) -> Option<ReadErrorKind> {
     ];
     // Before TIFF: a DICOM file may begin like one, so that both kinds of program open it.
     if bytes.get(128..132) == Some(b"DICM") {
-        return Some(ReadErrorKind::NotReadYet(DICOM));
+        return Some(ReadErrorKind::Volume(DICOM));
     }
     let starts = |&&(magic, _): &&(&[u8], _)| bytes.starts_with(magic);
     if let Some((_, volume)) = VOLUMES.iter().find(starts) {
@@ -298,7 +298,7 @@ fn by_name(meant: &str, bytes: &[u8]) -> ReadErrorKind {
         "nrrd" | "nhdr" => ReadErrorKind::Volume("an NRRD volume"),
         "nii" | "hdr" | "img" => ReadErrorKind::Volume(NIFTI),
         "mhd" | "mha" => ReadErrorKind::Volume("a MetaImage volume"),
-        "dcm" => ReadErrorKind::NotReadYet(DICOM),
+        "dcm" => ReadErrorKind::Volume(DICOM),
         "tif" | "tiff" => ReadErrorKind::Volume(TIFF),
         "raw" => ReadErrorKind::Volume("a raw volume"),
         "fbx" => ReadErrorKind::NotReadYet("an FBX file"),

@@ -124,7 +124,7 @@ fn read(name: &str, bytes: &[u8], options: &VolumeOptions) -> bool {
 
 #[test]
 fn damaged_files_give_volumes_or_errors() {
-    let raw = VolumeOptions { raw: Some("2x3x4:i16:be".parse().unwrap()) };
+    let raw = VolumeOptions { raw: Some("2x3x4:i16:be".parse().unwrap()), ..VolumeOptions::default() };
     let (mut refused, mut total) = (0, 0);
     for (name, bytes) in samples() {
         for seed in 0..1500 {

@@ -261,7 +261,7 @@ fn pairs_are_read_by_either_name_and_summed_alike() {
 #[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
 fn raw_samples_are_read_by_option() {
     let (head, _) = read("headmr.mhd");
-    let options = |layout: &str| VolumeOptions { raw: Some(layout.parse().unwrap()) };
+    let options = |layout: &str| VolumeOptions { raw: Some(layout.parse().unwrap()), ..VolumeOptions::default() };
     let mut warnings = Warnings::new();
     let raw = read_volume(&path("volumes/headmr.raw"), &options("48x62x42:u8:4,4,4"), &mut warnings).unwrap();
     assert_eq!(raw.volume, head.volume);
@@ -288,7 +288,7 @@ fn malformed_volumes_are_refused() {
     assert!(error.to_string().ends_with("nifti1_header_only.img: no such file"), "{error}");
     let folder = path.parent().unwrap().parent().unwrap();
     for (name, reason) in [
-        ("volume/badvr.dcm", "is a DICOM file, which is not read yet"),
+        ("volume/badvr.dcm", "is DICOM with '1A' frames"),
         ("mesh/crash-30d6d0f7.ply", "is no volume that dotwork reads"),
         ("mesh/empty.obj", "the file is empty"),
         ("mesh", "is a directory without TIFF files"),

@@ -17,6 +17,7 @@
 //! ```
 
 mod clean;
+mod clip;
 mod geometry;
 mod measure;
 mod mesh;
@@ -25,6 +26,7 @@ pub mod shapes;
 pub mod topology;
 mod winding;
 
+pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
 pub use measure::{Bounds, MeshStats};
 pub use mesh::{Mesh, MeshError, MeshOptions, RawMesh};
 pub use topology::Topology;

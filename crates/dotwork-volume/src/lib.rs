@@ -32,12 +32,25 @@
 mod samples;
 
 mod affine;
+mod cut;
+mod features;
+mod gradient;
 mod isosurface;
+mod laplacian;
+pub mod phantom;
+mod prepare;
 mod stats;
+mod threshold;
 mod volume;
 
 pub use affine::{Affine, Space, Unit};
+pub use cut::{CutFace, CutPlane, cut_faces};
+pub use features::{Feature, FeatureError, Features, find_features};
+pub use gradient::{GradientField, Regression, RegressionRow};
 pub use isosurface::{IsoError, IsoOptions};
+pub use laplacian::LaplacianOfGaussian;
+pub use prepare::{ComponentsReport, Keep, Preparation, PrepareError, keep_components, prepare};
 pub use samples::{Sample, SampleType, Samples};
 pub use stats::{Histogram, VolumeStats};
+pub use threshold::{GradientThreshold, MIN_PIECE, Mask};
 pub use volume::{Scaling, Volume, VolumeError};

@@ -138,6 +138,11 @@ impl Volume {
         &self.samples
     }
 
+    /// The samples, to be changed in place.
+    pub(crate) fn samples_mut(&mut self) -> &mut Samples {
+        &mut self.samples
+    }
+
     /// From samples to values.
     pub fn scaling(&self) -> Scaling {
         self.scaling

@@ -45,6 +45,12 @@ impl<'a> Files<'a> {
         self.name.parent().unwrap_or(Path::new("")).join(file)
     }
 
+    /// Looks at another file, which is read again if it is of the volume.
+    #[cfg(feature = "dicom")]
+    pub(crate) fn look(&mut self, path: &Path) -> Result<Vec<u8>, ReadErrorKind> {
+        (self.sibling)(path).map_err(|e| ReadErrorKind::DataFile { file: e.path, kind: Box::new(e.kind) })
+    }
+
     /// Reads another file.
     pub(crate) fn open(&mut self, path: &Path) -> Result<Vec<u8>, ReadErrorKind> {
         let bytes = (self.sibling)(path)

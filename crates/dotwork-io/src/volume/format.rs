@@ -19,6 +19,8 @@ pub enum VolumeFormat {
     Vtk,
     /// A TIFF file of one or several pages, or a folder of such files.
     Tiff,
+    /// DICOM: a file, a DICOMDIR, or a folder of files.
+    Dicom,
     /// Samples without a header: read only by [`VolumeOptions::raw`](super::VolumeOptions::raw).
     Raw,
 }
@@ -28,9 +30,13 @@ const HEAD: usize = 1024;
 
 /// The volume format of a file, given its path and its first bytes (1 KiB is enough, gzipped or not; fewer if the file
 /// is shorter); `None` if it is no volume. The content decides; where it does not say, the name does (`.nrrd`,
-/// `.nii.gz`, `.img`, `.raw`, …). A folder that holds TIFF files is [`VolumeFormat::Tiff`].
+/// `.nii.gz`, `.img`, `.raw`, …). A folder is [`VolumeFormat::Dicom`] if it or a folder in it holds DICOM files, otherwise
+/// [`VolumeFormat::Tiff`] if it holds TIFF files.
 pub fn volume_format_of(path: &Path, head: &[u8]) -> Option<VolumeFormat> {
     if head.is_empty() && path.is_dir() {
+        if super::holds_dicom_files(path) {
+            return Some(VolumeFormat::Dicom);
+        }
         return super::holds_tiff_files(path).then_some(VolumeFormat::Tiff);
     }
     by_content(head).or_else(|| by_name(path, head))
@@ -53,7 +59,7 @@ fn by_plain_content(head: &[u8]) -> Option<VolumeFormat> {
     };
     // DICOM files may begin like TIFF, so that both kinds of program open them.
     if head.get(128..132) == Some(b"DICM") {
-        None
+        Some(VolumeFormat::Dicom)
     } else if head.starts_with(b"NRRD0") {
         Some(VolumeFormat::Nrrd)
     } else if nifti(344, b'1') || nifti(4, b'2') {
@@ -107,6 +113,7 @@ fn by_name(path: &Path, head: &[u8]) -> Option<VolumeFormat> {
         "mha" | "mhd" => VolumeFormat::MetaImage,
         "vti" => VolumeFormat::Vtk,
         "tif" | "tiff" => VolumeFormat::Tiff,
+        "dcm" | "dicom" | "ima" => VolumeFormat::Dicom,
         "raw" => VolumeFormat::Raw,
         _ => return None,
     })

@@ -1,4 +1,4 @@
-//! Volumes from files: NRRD, NIfTI, MetaImage, legacy VTK, TIFF stacks, and raw samples by option.
+//! Volumes from files: NRRD, NIfTI, MetaImage, legacy VTK, TIFF stacks, DICOM series, and raw samples by option.
 //!
 //! [`read_volume`] decides by content what a file is, reads its header, and unpacks the samples straight into the
 //! vector that the [`Volume`] keeps, in the type in which they are stored. Where a file declares an anatomical space,
@@ -14,7 +14,7 @@
 //! use dotwork_io::volume::{VolumeOptions, read_volume_bytes};
 //! use std::path::Path;
 //!
-//! let options = VolumeOptions { raw: Some("2x2x1:u16:be:0.5,0.5,2".parse()?) };
+//! let options = VolumeOptions { raw: Some("2x2x1:u16:be:0.5,0.5,2".parse()?), ..VolumeOptions::default() };
 //! let bytes = [0, 1, 0, 2, 0, 3, 1, 0];
 //! let mut no_other_files = |path: &Path| dotwork_io::read_file(path);
 //! let mut warnings = Warnings::new();
@@ -31,7 +31,8 @@
         feature = "nifti",
         feature = "metaimage",
         feature = "vtk",
-        feature = "tiff"
+        feature = "tiff",
+        feature = "dicom"
     )),
     allow(dead_code, reason = "each reader uses its share")
 )]
@@ -39,6 +40,8 @@
 #[cfg(any(feature = "nrrd", feature = "metaimage", feature = "vtk"))]
 mod ascii;
 mod data;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod facts;
 mod files;
 mod fill;
@@ -74,6 +77,8 @@ use crate::volume::facts::Facts;
 use crate::volume::files::Files;
 
 pub use format::{VolumeFormat, volume_format_of};
+#[cfg(feature = "nrrd")]
+pub use nrrd::write_nrrd;
 pub use raw::{RawLayout, RawLayoutError};
 
 /// A volume and what its file says beyond it.
@@ -95,6 +100,9 @@ pub struct VolumeFile {
 pub struct VolumeOptions {
     /// The file holds samples without a header, in this layout; its content is not asked what it is.
     pub raw: Option<RawLayout>,
+    /// Which series of DICOM files is read: its UID, its number, or its description; of several that are called so,
+    /// the largest. `None`: the one that makes the largest volume.
+    pub series: Option<String>,
 }
 
 /// What a reader of one format hands over.
@@ -109,8 +117,9 @@ struct Found {
 
 /// Reads a volume: NRRD (attached or detached), NIfTI-1 and -2 (`.nii`, `.nii.gz`, `.hdr` or `.img` of a pair),
 /// MetaImage, legacy VTK structured points, TIFF (a file of pages, or a folder of one-page files in natural order), or
-/// raw samples where `options` say so. Any of them may be gzipped as a whole. What was left out, assumed or converted
-/// is said in `warnings`.
+/// raw samples where `options` say so; DICOM (a file, a folder with folders in it, or a DICOMDIR), of several series
+/// the largest. A single file of any of them may be gzipped as a whole. What was left out, assumed or converted is
+/// said in `warnings`.
 ///
 /// # Errors
 /// [`ReadError`], with file, place and reason; for trouble in a data file that a header names, with both files.
@@ -121,7 +130,7 @@ pub fn read_volume(
 ) -> Result<VolumeFile, ReadError> {
     let in_path = |kind| ReadError { path: path.to_path_buf(), kind };
     if path.is_dir() {
-        return read_folder(path, warnings).map_err(in_path);
+        return read_folder(path, options, warnings).map_err(in_path);
     }
     let bytes = read_bytes(path).map_err(in_path)?;
     read_volume_bytes(path, &bytes, options, &mut read_regular_file, warnings)
@@ -201,11 +210,16 @@ fn read(
             files.count(bytes);
             tiff::read(&unpacked(bytes, warnings)?, warnings)
         }
+        #[cfg(feature = "dicom")]
+        Some(VolumeFormat::Dicom) => {
+            files.count(bytes);
+            dicom::read(files, &unpacked(bytes, warnings)?, options.series.as_deref(), warnings)
+        }
         Some(VolumeFormat::Raw) => Err(ReadErrorKind::Refused(format!(
             "has no header: say with --raw how its {} bytes lie, as in --raw 256x256x128:u16:le",
             bytes.len()
         ))),
-        None => Err(unknown(bytes)),
+        None => Err(unknown()),
         #[allow(unreachable_patterns, reason = "with all formats nothing is left")]
         Some(format) => Err(ReadErrorKind::Refused(format!(
             "is a volume of a kind ({format:?}) that this build of dotwork does not read"
@@ -221,26 +235,51 @@ fn unpacked<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cow<'a, [u8]
     gzip::unpack(bytes, warnings, |_| Ok(())).map(Cow::Owned)
 }
 
-fn unknown(bytes: &[u8]) -> ReadErrorKind {
-    if bytes.get(128..132) == Some(b"DICM") {
-        return ReadErrorKind::Refused("is a DICOM file, which is not read yet".into());
-    }
+fn unknown() -> ReadErrorKind {
     ReadErrorKind::Refused(
-        "is no volume that dotwork reads (NRRD, NIfTI, MetaImage, legacy VTK, TIFF, raw by option)".into(),
+        "is no volume that dotwork reads (NRRD, NIfTI, MetaImage, legacy VTK, TIFF, DICOM, raw by option)"
+            .into(),
     )
 }
 
-#[cfg(feature = "tiff")]
-fn read_folder(path: &Path, warnings: &mut Warnings) -> Result<VolumeFile, ReadErrorKind> {
+fn read_folder(
+    path: &Path,
+    options: &VolumeOptions,
+    warnings: &mut Warnings,
+) -> Result<VolumeFile, ReadErrorKind> {
     let mut sibling = read_regular_file;
     let mut files = Files::new(path, &mut sibling);
-    let found = stack::read(&mut files, warnings)?;
+    let found = read_files_of_folder(&mut files, options, warnings)?;
     finish(found, files.checksum())
 }
 
-#[cfg(not(feature = "tiff"))]
-fn read_folder(_: &Path, _: &mut Warnings) -> Result<VolumeFile, ReadErrorKind> {
-    Err(ReadErrorKind::Refused("is a directory, and this build of dotwork does not read TIFF".into()))
+#[cfg_attr(
+    not(any(feature = "dicom", feature = "tiff")),
+    allow(unused_variables, reason = "no reader of folders is in this build")
+)]
+fn read_files_of_folder(
+    files: &mut Files,
+    options: &VolumeOptions,
+    warnings: &mut Warnings,
+) -> Result<Found, ReadErrorKind> {
+    #[cfg(feature = "dicom")]
+    if holds_dicom_files(files.name) {
+        return dicom::read_folder(files, options.series.as_deref(), warnings);
+    }
+    #[cfg(feature = "tiff")]
+    return stack::read(files, warnings);
+    #[cfg(not(feature = "tiff"))]
+    Err(ReadErrorKind::Refused("is a directory that this build of dotwork does not read".into()))
+}
+
+#[cfg(feature = "dicom")]
+fn holds_dicom_files(folder: &Path) -> bool {
+    dicom::holds_dicom_files(folder)
+}
+
+#[cfg(not(feature = "dicom"))]
+fn holds_dicom_files(_: &Path) -> bool {
+    false
 }
 
 #[cfg(feature = "tiff")]

@@ -14,7 +14,7 @@ pub(crate) enum Reduction {
 }
 
 /// A sample that can be averaged.
-trait FromF64: Sample {
+pub(crate) trait FromF64: Sample {
     /// The nearest sample.
     fn from_f64(value: f64) -> Self;
 }

@@ -6,6 +6,9 @@
 
 mod axes;
 mod header;
+mod writer;
+
+pub use writer::write_nrrd;
 
 use dotwork_drawing::Warnings;
 use dotwork_volume::Scaling;
