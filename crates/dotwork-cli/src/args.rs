@@ -103,8 +103,8 @@ Examples:
 Where options meet: a style (--style, or what a .dots file or a plate holds),
 then --set, then --pen and --paper.")]
 pub struct RenderArgs {
-    /// what to draw: meshes (PLY, OBJ, STL, OFF, glTF), volumes with --iso
-    /// (NRRD, NIfTI, MetaImage, VTK, TIFF, raw), .dots files, demo:NAME, or a
+    /// what to draw: meshes (PLY, OBJ, STL, OFF, glTF), volumes (NRRD,
+    /// NIfTI, MetaImage, VTK, TIFF, DICOM, raw), .dots files, demo:NAME, or a
     /// plate that dotwork drew (SVG, PDF, PNG, TIFF)
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
@@ -164,6 +164,11 @@ pub struct InputArgs {
     /// 64x64x93:u16:be:3.2,3.2,1.5
     #[arg(long, value_name = "LAYOUT", help_heading = "Input")]
     pub raw: Option<RawLayout>,
+
+    /// the series to read where there are several of DICOM: UID, number or
+    /// description [default: the one that makes the largest volume]
+    #[arg(long, value_name = "SERIES", help_heading = "Input")]
+    pub series: Option<String>,
 
     /// draw the surface in a volume where its value is V; dotwork info shows the
     /// values [default: none, volumes need it]
@@ -319,6 +324,15 @@ pub struct InfoArgs {
     /// WxHxD:TYPE[:le|be][:SPACING][:header=BYTES]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawLayout>,
+
+    /// the series to read where there are several of DICOM: UID, number or
+    /// description [default: the one that makes the largest volume]
+    #[arg(long, value_name = "SERIES")]
+    pub series: Option<String>,
+
+    /// draw all features of a volume on a contact sheet (.png)
+    #[arg(long, value_name = "FILE.png")]
+    pub sheet: Option<PathBuf>,
 
     /// print JSON [default: words]
     #[arg(long)]

@@ -97,12 +97,12 @@ fn measure(
     report: &mut Report,
 ) -> Result<Measured, Failure> {
     let mut warnings = Warnings::new();
-    let options = LoadOptions { raw: args.input.raw.clone() };
+    let options = LoadOptions { raw: args.input.raw.clone(), series: args.input.series.clone() };
     let (load, loaded) = Cost::of(|| load_with(input, &options, &mut warnings));
     let (surface, file) = match loaded? {
         Loaded::Mesh(file) => (None, *file),
         volume @ Loaded::Volume(_) => {
-            let (cost, file) = Cost::of(|| volume.into_mesh(args.input.iso, &mut warnings));
+            let (cost, file) = Cost::of(|| volume.into_mesh(style, args.input.iso, &mut warnings));
             (Some(cost), file?)
         }
         Loaded::Scene { .. } | Loaded::Plate(_) => {

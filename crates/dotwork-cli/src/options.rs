@@ -21,7 +21,7 @@ impl<'a> Options<'a> {
     /// Checks everything that can be checked before an input is read.
     pub fn new(args: &'a SceneArgs) -> Result<Options<'a>, Failure> {
         let style = named_style(&args.style)?;
-        let load = LoadOptions { raw: args.input.raw.clone() };
+        let load = LoadOptions { raw: args.input.raw.clone(), series: args.input.series.clone() };
         let options = Options { args, style, load };
         options.apply(&mut Scene::default())?;
         Ok(options)

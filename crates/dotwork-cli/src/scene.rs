@@ -33,11 +33,15 @@ pub fn open(
                 )));
             }
             loaded @ (Loaded::Mesh(_) | Loaded::Volume(_)) => {
-                let mesh = loaded.into_mesh(options.iso(), &mut warnings)?;
+                let style = options.style(&Style::default());
+                let mesh = loaded.into_mesh(&style, options.iso(), &mut warnings)?;
+                for note in &mesh.notes {
+                    report.summary(&format!("{}: {note}", input.display()));
+                }
                 if scene.objects.is_empty() {
                     mesh.turn_camera(&mut scene);
                 }
-                let object = mesh.into_object(options.style(&Style::default()), &mut warnings)?;
+                let object = mesh.into_object(style, &mut warnings)?;
                 add(&mut scene, object, &mut warnings);
             }
             Loaded::Scene { scene: mut baked, .. } => {

@@ -113,6 +113,10 @@ fn key(param: &Param, style: &Style) -> Value {
             key["kind"] = json!(if param.kind == Kind::Color { "color" } else { "length" });
             key["range"] = json!(param.kind.to_string());
         }
+        Kind::Text(form) => {
+            key["kind"] = json!("text");
+            key["range"] = json!(form);
+        }
     }
     key
 }

@@ -34,6 +34,21 @@ impl Arrival {
     }
 }
 
+impl Arrival {
+    /// The share of the dots drawn at a spacing that have arrived, in whole dots, for an order whose count goes with
+    /// `1 / spacing²`: the integral of arrival (of its square where dots grow) over such an order.
+    pub fn share(&self) -> f32 {
+        let (w, f) = (f64::from(self.width), 1.0 + f64::from(self.width));
+        // In u = (radius / spacing)^-2: whole below 1/f², then (1/√u − 1) / w.
+        let partial = match self.fade {
+            Fade::Off => return 1.0,
+            Fade::Ink => (1.0 - (2.0 * f - 1.0) / (f * f)) / w,
+            Fade::Size => (2.0 * f.ln() - 4.0 * (1.0 - 1.0 / f) + 1.0 - 1.0 / (f * f)) / (w * w),
+        };
+        (1.0 / (f * f) + partial) as f32
+    }
+}
+
 /// Spacing against ink density, for one bake and one way of arriving.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityTable {
@@ -150,6 +165,21 @@ mod tests {
                     .sum();
                 let (counted, table) = (ink / 2.0, table.density(d));
                 assert!((counted - table).abs() < 0.02 * counted + 1.0, "{fade:?} {d}: {counted} {table}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_share_that_has_arrived_is_what_is_counted() {
+        let baked = baked(50_000);
+        for fade in [Fade::Size, Fade::Ink, Fade::Off] {
+            for width in [0.05, 0.15, 0.6] {
+                let arrival = Arrival { fade, width, min: 0.0 };
+                let arrived = baked.radius.iter().map(|&r| f64::from(arrival.at(r, 0.005)));
+                let drawn = baked.radius.iter().filter(|r| **r >= 0.005).count() as f64;
+                let whole: f64 = arrived.map(|a| if fade == Fade::Size { a * a } else { a }).sum();
+                let share = f64::from(arrival.share());
+                assert!((whole / drawn - share).abs() < 2e-3, "{fade:?} {width}: {} {share}", whole / drawn);
             }
         }
     }

@@ -19,13 +19,16 @@ mod params;
 mod presets;
 mod stock;
 mod surface;
-mod tone;
+pub mod tone;
 
 pub use bake::{BakeSettings, MAX_STIPPLES, blue_noise};
 pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
-pub use params::{Fade, Inked, Kind, PARAMS, Param, Style, TwoSided, Visibility, find_param};
+pub use params::{
+    BakeMethod, Crop, Factors, Fade, FeatureChoice, Fraction, Inked, Keep, Kind, PARAMS, Param, SilhouetteForm,
+    SizeMax, Style, TwoSided, Visibility, Window, find_param,
+};
 pub use presets::{PRESETS, Preset, preset};
-pub use stock::{Baked, Stock, Vectors};
+pub use stock::{Baked, Elements, Stock, Vectors};
 pub use surface::{MeshSurface, Place, StageDraw, Surface};
-pub use tone::{Lit, Tone};
+pub use tone::{Lit, PapersTone, Tone};

@@ -2,7 +2,7 @@
 
 use dotwork_drawing::{Color, Length};
 
-use crate::params::{Inked, Style};
+use crate::params::{BakeMethod, Factors, Fade, Inked, SizeMax, Style, Visibility};
 
 /// A named style.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +50,11 @@ pub const PRESETS: &[Preset] = &[
         name: "lambert",
         summary: "For measuring: tone * (1 - max(0, n.L)) and nothing else.",
         make: lambert,
+    },
+    Preset {
+        name: "papers",
+        summary: "Lu et al. 2002 and 2003: lists of dots in voxels, thinned by a product of factors; nothing hides.",
+        make: papers,
     },
 ];
 
@@ -135,6 +140,28 @@ fn lambert() -> Style {
         wrap: 0.0,
         gamma: 1.0,
         silhouette: 0.0,
+        back: 0.0,
+        outlines: false,
+        ..Style::default()
+    }
+}
+
+fn papers() -> Style {
+    Style {
+        factors: Factors::Papers,
+        bake: BakeMethod::Voxel,
+        boundary: true,
+        silhouette: 1.0,
+        resolution: 1.0,
+        lighting: true,
+        distance: 1.0,
+        interior: false,
+        front_angle: 90.0,
+        visibility: Visibility::Through,
+        size_max: SizeMax(Some(Length::percent(0.4))),
+        foreshorten: 0.0,
+        fade: Fade::Ink,
+        grow: 0.0,
         back: 0.0,
         outlines: false,
         ..Style::default()

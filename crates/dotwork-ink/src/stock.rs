@@ -62,9 +62,54 @@ impl Vectors {
         self.x.is_empty()
     }
 
-    fn collect(n: usize, at: impl Fn(usize) -> Vec3 + Sync) -> Vectors {
+    /// The first `n` vectors.
+    pub(crate) fn first(&self, n: usize) -> Vectors {
+        let part = |v: &[f32]| v[..n].to_vec();
+        Vectors { x: part(&self.x), y: part(&self.y), z: part(&self.z) }
+    }
+
+    fn translate(&mut self, shift: Vec3) {
+        for (v, shift) in [(&mut self.x, shift.x), (&mut self.y, shift.y), (&mut self.z, shift.z)] {
+            v.iter_mut().for_each(|v| *v += shift);
+        }
+    }
+
+    pub(crate) fn collect(n: usize, at: impl Fn(usize) -> Vec3 + Sync) -> Vectors {
         let component = |k: usize| (0..n).into_par_iter().map(|i| at(i)[k]).collect();
         Vectors { x: component(0), y: component(1), z: component(2) }
+    }
+}
+
+/// What carries the stipples of a bake that has a list for each element: voxels, in structure-of-arrays form.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Elements {
+    /// Centres, object units.
+    pub position: Vectors,
+    /// Unit normals.
+    pub normal: Vectors,
+    /// Value over the value window, 0…1.
+    pub value: Vec<f32>,
+    /// Length of the gradient over the largest, 0…1.
+    pub magnitude: Vec<f32>,
+    /// Area of the section, object units squared; 0 for elements that carry nothing.
+    pub area: Vec<f32>,
+    /// Most stipples that an element shows.
+    pub n_max: f32,
+    /// How far from its element's centre a stipple may lie, object units.
+    pub reach: f32,
+    /// The scale of the view that `n_max` was made for, see [`crate::bake::reference_scale`]; `None`: every view.
+    pub reference: Option<f32>,
+}
+
+impl Elements {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.area.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.area.is_empty()
     }
 }
 
@@ -79,6 +124,8 @@ pub struct Stock {
     pub normal: Vectors,
     /// Unit facet normals, for scale and facing.
     pub facet: Vectors,
+    /// The elements, where the bake has a list for each; then `baked.element` counts these, not triangles.
+    pub elements: Option<Elements>,
 }
 
 impl Stock {
@@ -99,7 +146,15 @@ impl Stock {
         let places: Vec<[Vec3; 3]> = (0..baked.len()).into_par_iter().map(place).collect();
         let part = |k: usize| Vectors::collect(places.len(), |i| places[i][k]);
         let (position, normal, facet) = (part(0), part(1), part(2));
-        Stock { baked, position, normal, facet }
+        Stock { baked, position, normal, facet, elements: None }
+    }
+
+    /// Moves all places, as when coordinates become relative to another origin.
+    pub fn translate(&mut self, shift: Vec3) {
+        self.position.translate(shift);
+        if let Some(elements) = &mut self.elements {
+            elements.position.translate(shift);
+        }
     }
 
     /// Number of stipples.

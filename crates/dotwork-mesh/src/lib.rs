@@ -16,6 +16,7 @@
 //! # Ok::<(), dotwork_mesh::MeshError>(())
 //! ```
 
+mod borders;
 mod clean;
 mod clip;
 mod geometry;

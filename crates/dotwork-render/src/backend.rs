@@ -7,6 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::depth::DepthBuffer;
+use crate::elements::{Asked, ElementSelector, ask};
 use crate::outline::Outliner;
 use crate::plan::InkPlan;
 use crate::select::{Selector, two_sided};
@@ -27,6 +28,8 @@ pub struct Subject<'a> {
     pub name: &'a str,
     /// Its surface, which also hides.
     pub mesh: &'a Mesh,
+    /// The borders of its surface, drawn with the outline; see [`Mesh::borders`].
+    pub borders: &'a [Vec<u32>],
     /// Its stipples.
     pub stock: &'a Stock,
     /// Its style.
@@ -55,6 +58,8 @@ pub struct CpuBackend {
     depth: DepthBuffer,
     chunks: Vec<Dots>,
     outliner: Outliner,
+    /// What each element of the object at work asks for.
+    asked: Vec<Asked>,
 }
 
 impl CpuBackend {
@@ -69,20 +74,17 @@ impl CpuBackend {
         drawing.page = *frame.page;
         drawing.layers.truncate(frame.subjects.len());
         for (k, subject) in frame.subjects.iter().enumerate() {
-            let selector = self.selector(frame, k);
-            // Stipples that appear at densities no place can ask for need not be looked at.
-            let densest = selector.densest();
-            let end = subject.plan.appears.partition_point(|&d| d <= densest);
-            let count = end.div_ceil(CHUNK);
             let mut chunks = std::mem::take(&mut self.chunks);
-            if chunks.len() < count {
-                chunks.resize_with(count, Dots::default);
-            }
-            let selector = self.selector(frame, k);
-            chunks[..count].par_iter_mut().enumerate().for_each(|(c, dots)| {
-                dots.clear();
-                selector.select(c * CHUNK..((c + 1) * CHUNK).min(end), dots);
-            });
+            let count = match subject.plan.by_elements() {
+                true => self.select_elements(frame, k, &mut chunks),
+                false => {
+                    let selector = self.selector(frame, k);
+                    // Stipples that appear at densities no place can ask for need not be looked at.
+                    let densest = selector.densest();
+                    let end = subject.plan.appears.partition_point(|&d| d <= densest);
+                    in_chunks(end, &mut chunks, |range, dots| selector.select(range, dots))
+                }
+            };
             if drawing.layers.len() <= k {
                 drawing.layers.push(Layer {
                     object: subject.name.to_string(),
@@ -105,6 +107,7 @@ impl CpuBackend {
                 let Frame { view, page, .. } = *frame;
                 self.outliner.draw(
                     subject.mesh,
+                    subject.borders,
                     subject.style,
                     view,
                     page,
@@ -116,12 +119,35 @@ impl CpuBackend {
         }
     }
 
+    /// Draws an object whose elements have counts into `chunks`, and returns how many it filled.
+    fn select_elements(&mut self, frame: &Frame, k: usize, chunks: &mut Vec<Dots>) -> usize {
+        let subject = &frame.subjects[k];
+        let least = ask(subject, frame, &mut self.asked);
+        let solid = subject.style.visibility == Visibility::Solid;
+        let selector = ElementSelector {
+            stock: subject.stock,
+            plan: subject.plan,
+            view: frame.view,
+            page: frame.page,
+            depth: solid.then_some(&self.depth),
+            asked: &self.asked,
+            id_base: (k as u64) << STIPPLE_BITS,
+        };
+        // The radii fall: what lies beyond the least spacing is not asked for.
+        let end = subject.stock.baked.radius.partition_point(|&r| r >= least);
+        in_chunks(end, chunks, |range, dots| selector.select(range, dots))
+    }
+
     /// The share of the page area covered by the frame's objects whose tone the stock is too sparse for, 0…1.
     ///
     /// Call it after [`CpuBackend::frame`] with the same frame.
     pub fn exhausted(&self, frame: &Frame) -> f64 {
         let (mut lacking, mut all) = (0.0, 0.0);
         for (k, subject) in frame.subjects.iter().enumerate() {
+            // Lists of elements hold all that can be asked of them.
+            if subject.plan.by_elements() {
+                continue;
+            }
             let selector = self.selector(frame, k);
             // The table ends where every stipple has arrived; 3 % less ink is not seen.
             let enough = subject.plan.table.max_density() * 1.03;
@@ -142,8 +168,12 @@ impl CpuBackend {
     }
 
     /// The number of stipples that a subject's stock needs for this frame, judged from the stock it has: all but a
-    /// thousandth of its visible page area then finds the dots its tone asks for.
+    /// thousandth of its visible page area then finds the dots its tone asks for. A stock that has lists for elements
+    /// needs what it has.
     pub fn stipples_needed(&mut self, frame: &Frame, subject: usize) -> usize {
+        if frame.subjects[subject].plan.by_elements() {
+            return frame.subjects[subject].stock.len();
+        }
         self.prepass(frame);
         let selector = self.selector(frame, subject);
         let Subject { stock, plan, .. } = frame.subjects[subject];
@@ -189,4 +219,21 @@ impl CpuBackend {
             id_base,
         )
     }
+}
+
+/// Looks at the stipples up to `end` in chunks, side by side; returns the number of chunks.
+fn in_chunks(
+    end: usize,
+    chunks: &mut Vec<Dots>,
+    select: impl Fn(std::ops::Range<usize>, &mut Dots) + Sync,
+) -> usize {
+    let count = end.div_ceil(CHUNK);
+    if chunks.len() < count {
+        chunks.resize_with(count, Dots::default);
+    }
+    chunks[..count].par_iter_mut().enumerate().for_each(|(c, dots)| {
+        dots.clear();
+        select(c * CHUNK..((c + 1) * CHUNK).min(end), dots);
+    });
+    count
 }

@@ -186,23 +186,38 @@ impl DepthBuffer {
         hidden > 0.5
     }
 
-    /// True if a place on an outline is hidden: if at all nine pixel centres around it there is something nearer. Along
-    /// an outline the pixels on its one side show the line's own surface and on the other what lies behind.
+    /// True if a place on an outline is hidden: if there is something nearer at all nine pixel centres around it and
+    /// at all pixels up to `reach` pixels `outwards`, a direction on the page. Along an outline the pixels on its one
+    /// side show the line's own surface and on the other what lies behind; where the mesh is coarse, a bit further out.
     #[inline]
-    pub fn hides_line(&self, view: &View, x: f32, y: f32, depth: f32) -> bool {
+    pub fn hides_line(
+        &self,
+        view: &View,
+        [x, y]: [f32; 2],
+        depth: f32,
+        outwards: [f32; 2],
+        reach: f32,
+    ) -> bool {
         let (w, h) = (self.width as i32, self.height as i32);
-        let (column, row) = (x as i32, y as i32);
-        let mut farthest = f32::INFINITY;
-        for r in (row - 1).max(0)..(row + 2).min(h) {
-            for c in (column - 1).max(0)..(column + 2).min(w) {
-                farthest = farthest.min(f32::from_bits(self.nearness[(r * w + c) as usize].load(Relaxed)));
-            }
-        }
+        let at = |c: i32, r: i32| f32::from_bits(self.nearness[(r * w + c) as usize].load(Relaxed));
         let (q, px) = match view.projection {
             Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
             Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
         };
-        farthest > q + LINE_BIAS * px
+        let nearest = q + LINE_BIAS * px;
+        let (column, row) = (x as i32, y as i32);
+        for r in (row - 1).max(0)..(row + 2).min(h) {
+            for c in (column - 1).max(0)..(column + 2).min(w) {
+                if at(c, r) <= nearest {
+                    return false;
+                }
+            }
+        }
+        // What lies beyond the page hides nothing.
+        (2..=reach as i32).map(|k| k as f32).all(|k| {
+            let (c, r) = ((x + outwards[0] * k).floor() as i32, (y + outwards[1] * k).floor() as i32);
+            c >= 0 && c < w && r >= 0 && r < h && at(c, r) > nearest
+        })
     }
 }
 

@@ -11,6 +11,7 @@
 mod backend;
 mod bands;
 mod depth;
+mod elements;
 mod outline;
 mod plan;
 mod raster;

@@ -9,9 +9,15 @@ use dotwork_drawing::{Page, Projection, StrokeKind, Strokes, View};
 use dotwork_ink::Style;
 use dotwork_ink::lines::{Contours, Eye};
 use dotwork_mesh::Mesh;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use crate::depth::DepthBuffer;
+
+/// The outline of a coarse mesh lies outside the contour by up to this share of an edge: an arc of 100° and its chord.
+const SAGITTA: f32 = 0.2;
+
+/// But no further than this is looked for it, pixels.
+const FARTHEST: f32 = 12.0;
 
 /// Distance between the points at which a line is looked at, pixels.
 const STEP: f32 = 1.5;
@@ -24,6 +30,9 @@ const SMOOTHING: usize = 4;
 
 /// A point is left out where the line without it is off by no more than this, pixels.
 const TOLERANCE: f32 = 0.06;
+
+/// Marks the ids of borders, above the numbers of vertices and triangles.
+const BORDERS: u64 = 1 << 33;
 
 /// Lines end in a point over this many of their widths.
 const TAPER: f32 = 5.0;
@@ -48,6 +57,10 @@ struct Sample {
     depth: f32,
     /// Full width of the line, pixels.
     width: f32,
+    /// Direction on the page in which the surface ends.
+    outwards: Vec2,
+    /// How far outwards the mesh may end, pixels.
+    reach: f32,
     visible: bool,
 }
 
@@ -58,11 +71,12 @@ impl Sample {
 }
 
 impl Outliner {
-    /// Appends the outline of a mesh to `strokes`. `depth` holds what hides; ids are `id_base` and the triangle in
-    /// which a line begins.
+    /// Appends the outline and the `borders` of a mesh to `strokes`. `depth` holds what hides; ids are `id_base` and the
+    /// triangle in which an outline begins, or the vertex with which a border does.
     pub fn draw(
         &mut self,
         mesh: &Mesh,
+        borders: &[Vec<u32>],
         style: &Style,
         view: &View,
         page: &Page,
@@ -74,84 +88,66 @@ impl Outliner {
             Projection::Perspective { .. } => Eye::At(view.eye),
             Projection::Parallel { .. } => Eye::Towards(view.back),
         };
-        let Outliner { contours, line, .. } = self;
-        let mut line = std::mem::take(line);
-        let chains = contours.trace(mesh, eye);
-        let width = style.outline.to_px(page);
+        let sheet = Sheet { view, page, depth, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
-        let margin = page.margin_px;
-        let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
-        let mut drawn = Vec::new();
+        let mut contours = std::mem::take(&mut self.contours);
+        let chains = contours.trace(mesh, eye);
         for k in 0..chains.len() {
-            line.clear();
             let range = chains.points(k);
-            let mut last: Option<(Sample, bool)> = None;
-            for i in range.clone() {
-                let (x, y, depth_here) = view.project(chains.point[i]);
-                let here = Sample { at: Vec2::new(x, y), depth: depth_here, ..Sample::default() };
-                let open = chains.open[i];
-                if let Some((before, was_open)) = last {
-                    let steps = ((here.at - before.at).length() / STEP).ceil().clamp(1.0, 4096.0) as u32;
-                    for s in 1..=steps {
-                        let t = s as f32 / steps as f32;
-                        let open = if t < 0.5 { was_open } else { open };
-                        line.push(Sample { visible: open, ..Sample::mix(before, here, t) });
-                    }
-                } else {
-                    line.push(Sample { visible: open, ..here });
-                }
-                last = Some((here, open));
-            }
-            for p in &mut line {
-                let on_page = p.at.x >= margin && p.at.y >= margin && p.at.x <= right && p.at.y <= bottom;
-                p.visible &= on_page && !depth.is_some_and(|d| d.hides_line(view, p.at.x, p.at.y, p.depth));
-                // A nearer line is a bolder one, within reason.
-                p.width =
-                    width * if view.is_parallel() { 1.0 } else { (view.distance / p.depth).clamp(0.5, 2.0) };
-            }
             let closed = range.len() > 3 && chains.point[range.start] == chains.point[range.end - 1];
-            drawn.push((chains.triangle[k], closed, line.clone()));
+            let id = id_base | u64::from(chains.triangle[k]);
+            let points = range.map(|i| Place {
+                point: chains.point[i],
+                normal: chains.normal[i],
+                edge: chains.edge[i],
+                open: chains.open[i],
+            });
+            sheet.line(points, &mut self.line);
+            self.stretches(StrokeKind::Silhouette, closed, shortest, id, strokes);
         }
-        for (triangle, closed, line) in drawn {
-            self.stretches(line, closed, shortest, id_base | u64::from(triangle), strokes);
+        self.contours = contours;
+        for border in borders {
+            let closed = border.len() > 3 && border.first() == border.last();
+            let place = |&v: &u32| {
+                Place { point: mesh.positions[v as usize], normal: Vec3::ZERO, edge: 0.0, open: true }
+            };
+            sheet.line(border.iter().map(place), &mut self.line);
+            let id = id_base | BORDERS | u64::from(border[0]);
+            self.stretches(StrokeKind::Border, closed, shortest, id, strokes);
+        }
+    }
+
+    /// Draws the visible stretches of the line in `line`.
+    fn stretches(&mut self, kind: StrokeKind, closed: bool, shortest: f32, id: u64, strokes: &mut Strokes) {
+        let mut line = std::mem::take(&mut self.line);
+        let mut whole = false;
+        if closed {
+            line.pop();
+            // Begin where it is hidden, so that no visible stretch runs over the end.
+            match line.iter().position(|p| !p.visible) {
+                Some(hidden) => line.rotate_left(hidden),
+                None => whole = true,
+            }
+        }
+        if whole {
+            self.points.clone_from(&line);
+            self.stroke(kind, true, shortest, id, strokes);
+        } else {
+            close_gaps(&mut line);
+            let mut from = 0;
+            while let Some(start) = line[from..].iter().position(|p| p.visible).map(|i| from + i) {
+                let end = line[start..].iter().position(|p| !p.visible).map_or(line.len(), |i| start + i);
+                self.points.clear();
+                self.points.extend_from_slice(&line[start..end]);
+                self.stroke(kind, false, shortest, id, strokes);
+                from = end;
+            }
         }
         self.line = line;
     }
 
-    /// Draws the visible stretches of one line.
-    fn stretches(
-        &mut self,
-        mut line: Vec<Sample>,
-        closed: bool,
-        shortest: f32,
-        id: u64,
-        strokes: &mut Strokes,
-    ) {
-        if closed {
-            line.pop();
-            // Begin where it is hidden, so that no visible stretch runs over the end.
-            if let Some(hidden) = line.iter().position(|p| !p.visible) {
-                line.rotate_left(hidden);
-            } else {
-                self.points.clear();
-                self.points.extend_from_slice(&line);
-                self.stroke(true, shortest, id, strokes);
-                return;
-            }
-        }
-        close_gaps(&mut line);
-        let mut from = 0;
-        while let Some(start) = line[from..].iter().position(|p| p.visible).map(|i| from + i) {
-            let end = line[start..].iter().position(|p| !p.visible).map_or(line.len(), |i| start + i);
-            self.points.clear();
-            self.points.extend_from_slice(&line[start..end]);
-            self.stroke(false, shortest, id, strokes);
-            from = end;
-        }
-    }
-
     /// Draws the stretch in `points`.
-    fn stroke(&mut self, closed: bool, shortest: f32, id: u64, strokes: &mut Strokes) {
+    fn stroke(&mut self, kind: StrokeKind, closed: bool, shortest: f32, id: u64, strokes: &mut Strokes) {
         let points = &mut self.points;
         let length: f32 = points.windows(2).map(|w| (w[1].at - w[0].at).length()).sum();
         if points.len() < 3 || length < shortest {
@@ -176,7 +172,63 @@ impl Outliner {
         }
         strokes.end.push(strokes.x.len() as u32);
         strokes.id.push(id);
-        strokes.kind.push(StrokeKind::Silhouette);
+        strokes.kind.push(kind);
+    }
+}
+
+/// A place of a line in space.
+struct Place {
+    point: Vec3,
+    /// The surface's normal; zero if the line has no outer side.
+    normal: Vec3,
+    /// Length of the mesh's edges there.
+    edge: f32,
+    /// The surface itself does not hide it.
+    open: bool,
+}
+
+/// What lines are drawn on.
+struct Sheet<'a> {
+    view: &'a View,
+    page: &'a Page,
+    depth: Option<&'a DepthBuffer>,
+    /// Width of a line at the depth of the centre, pixels.
+    width: f32,
+}
+
+impl Sheet<'_> {
+    /// Replaces `line` by samples of a line in space, at most [`STEP`] apart.
+    fn line(&self, places: impl Iterator<Item = Place>, line: &mut Vec<Sample>) {
+        let Sheet { view, page, depth, width } = *self;
+        line.clear();
+        let mut last: Option<Sample> = None;
+        for Place { point, normal, edge, open } in places {
+            let (x, y, depth) = view.project(point);
+            let here = Sample {
+                at: Vec2::new(x, y),
+                depth,
+                // A nearer line is a bolder one, within reason.
+                width: width * if view.is_parallel() { 1.0 } else { (view.distance / depth).clamp(0.5, 2.0) },
+                outwards: Vec2::new(normal.dot(view.right), -normal.dot(view.up)).normalize_or_zero(),
+                reach: (SAGITTA * edge * view.px_per_unit(depth)).min(FARTHEST),
+                visible: open,
+            };
+            let before = last.replace(here).unwrap_or(here);
+            let steps = ((here.at - before.at).length() / STEP).ceil().clamp(1.0, 4096.0) as u32;
+            for s in 1..=steps {
+                let t = s as f32 / steps as f32;
+                let visible = if t < 0.5 { before.visible } else { here.visible };
+                line.push(Sample { visible, ..Sample::mix(before, here, t) });
+            }
+        }
+        let margin = page.margin_px;
+        let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
+        for p in line {
+            let on_page = p.at.x >= margin && p.at.y >= margin && p.at.x <= right && p.at.y <= bottom;
+            p.visible &= on_page
+                && !depth
+                    .is_some_and(|d| d.hides_line(view, p.at.into(), p.depth, p.outwards.into(), p.reach));
+        }
     }
 }
 

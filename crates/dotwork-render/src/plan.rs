@@ -1,7 +1,8 @@
 //! What a style, a page and a stock have in common, worked out once and used by every frame.
 
 use dotwork_drawing::Page;
-use dotwork_ink::{Arrival, Coverage, DensityTable, Stock, Style, Tone};
+use dotwork_ink::tone::{ElementTone, front_limit};
+use dotwork_ink::{Arrival, Coverage, DensityTable, Factors, Fraction, PapersTone, Stock, Style, Tone};
 use rayon::prelude::*;
 
 /// The tables that turn a place's tone into a decision, for one stock, style and page.
@@ -12,13 +13,31 @@ pub struct InkPlan {
     /// The table's inverse, for the inner loop.
     pub(crate) spacing: Spacing,
     pub(crate) arrival: Arrival,
-    /// Density at which each stipple is drawn first, per object unit squared; rises along the stock.
+    /// Density at which each stipple is drawn first, per object unit squared; rises along the stock. Empty where
+    /// elements have counts.
     pub(crate) appears: Vec<f32>,
     /// Radius of a dot that faces the eye, pixels.
     pub(crate) dot_radius: f32,
     /// `c ↦ c^foreshorten` for c = 0…1.
     foreshortening: Vec<f32>,
     pub(crate) grow: f32,
+    /// The papers' factors, where the style asks for them.
+    pub(crate) papers: Option<Papers>,
+}
+
+/// What the papers' factors need.
+pub(crate) struct Papers {
+    pub tone: PapersTone,
+    /// Where the stock has elements, their tone; each then has a count of its own.
+    pub elements: Option<ElementTone>,
+    /// Where it has none, the density that a tone of 1 asks for, in dots per pixel squared at the depth of the centre.
+    pub full: f32,
+    pub fraction: Fraction,
+    pub min_area_px: f32,
+    /// Dots are sized by the gradient.
+    pub sized: bool,
+    /// Smallest cosine that is drawn.
+    pub front: Option<f32>,
 }
 
 /// Density to spacing, tabulated on the bits of the density: 64 linear pieces for each factor of two.
@@ -62,25 +81,50 @@ impl InkPlan {
     /// Works out the tables.
     pub fn new(stock: &Stock, style: &Style, page: &Page) -> InkPlan {
         let arrival = Arrival::of(style);
+        let coverage = Coverage::new(style);
+        let papers = style.factors == Factors::Papers;
+        let elements = stock.elements.as_ref().filter(|_| papers);
+        // The largest dot is the full size.
+        let sized = style.size_max.0.filter(|_| elements.is_some());
+        let dot_radius = 0.5 * sized.unwrap_or(style.dot_size).to_px(page);
         let table = DensityTable::new(&stock.baked, arrival);
         let late =
             if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
         // A hair early: the exact test follows.
-        let appears =
-            stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect();
+        let appears = match elements {
+            Some(_) => Vec::new(),
+            None => {
+                stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect()
+            }
+        };
+        let papers = papers.then(|| Papers {
+            tone: PapersTone::new(style),
+            elements: elements.map(|elements| ElementTone::new(style, elements)),
+            full: coverage.area(style.shadow, 1.0) / (std::f32::consts::PI * dot_radius * dot_radius),
+            fraction: style.fraction,
+            min_area_px: style.min_area_px,
+            sized: sized.is_some(),
+            front: front_limit(style),
+        });
         InkPlan {
             tone: Tone::new(style),
-            coverage: Coverage::new(style),
+            coverage,
             spacing: Spacing::new(&table),
             table,
             arrival,
             appears,
-            dot_radius: 0.5 * style.dot_size.to_px(page),
+            dot_radius,
             foreshortening: (0..=FORESHORTENING_STEPS + 1)
                 .map(|i| (i as f32 / FORESHORTENING_STEPS as f32).min(1.0).powf(style.foreshorten))
                 .collect(),
             grow: style.grow,
+            papers,
         }
+    }
+
+    /// True if each element of the stock has a count of its own.
+    pub(crate) fn by_elements(&self) -> bool {
+        self.papers.as_ref().is_some_and(|papers| papers.elements.is_some())
     }
 
     /// The dot's radius in pixels at cosine `c`.

@@ -1,6 +1,7 @@
 //! Selection: for each stipple the tone of its place, the spacing that the tone asks for, and whether it is drawn.
 
 use dotwork_drawing::{Dots, Page, Projection, View};
+use dotwork_ink::tone::Viewing;
 use dotwork_ink::{Fade, Lit, Stock, Style, Visibility};
 use glam::Vec3;
 
@@ -26,6 +27,8 @@ pub(crate) struct Selector<'a> {
     pub facing: bool,
     /// Smallest cosine that is drawn.
     pub min_cosine: f32,
+    /// What faces away is not drawn.
+    pub one_sided: bool,
     /// Added to every id: the object's number in the high bits.
     pub id_base: u64,
 }
@@ -97,6 +100,9 @@ impl<'a> Selector<'a> {
         depth: &'a DepthBuffer,
         id_base: u64,
     ) -> Selector<'a> {
+        // Only the papers' lighting limits what is drawn through.
+        let through = style.visibility == Visibility::Through;
+        let front = plan.papers.as_ref().and_then(|papers| papers.front).filter(|_| through);
         Selector {
             stock,
             plan,
@@ -105,9 +111,11 @@ impl<'a> Selector<'a> {
             light,
             depth: (style.visibility == Visibility::Solid).then_some(depth),
             two_sided: two_sided(style, closed),
-            facing: style.visibility != Visibility::Through,
-            min_cosine: if style.visibility == Visibility::Through {
-                GRAZING
+            facing: !through,
+            // Among the papers' factors, lighting draws the front only.
+            one_sided: if through { front.is_some() } else { !two_sided(style, closed) },
+            min_cosine: if through {
+                front.map_or(GRAZING, |limit| GRAZING.max(limit))
             } else {
                 GRAZING.max(style.front_angle.to_radians().cos())
             },
@@ -160,13 +168,13 @@ impl<'a> Selector<'a> {
     fn in_view(&self, p: &Projected) -> bool {
         let margin = self.page.margin_px;
         let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
-        let facing = if self.facing && !self.two_sided { p.cosine } else { p.cosine.abs() };
+        let facing = if self.one_sided { p.cosine } else { p.cosine.abs() };
         (facing >= self.min_cosine) & (p.x >= margin) & (p.y >= margin) & (p.x <= right) & (p.y <= bottom)
     }
 
-    /// The ink and the dot radius of a place in view.
+    /// The ink (with the papers' factors, the share of a full count) and the dot radius of a place in view.
     #[inline(always)]
-    fn light_up(&self, i: usize, at: Projected) -> Seen {
+    fn light_up<const PAPERS: bool>(&self, i: usize, at: Projected) -> Seen {
         let view = self.view;
         let to_eye = match view.projection {
             Projection::Perspective { .. } => (view.eye - self.stock.position.at(i)) * at.inverse_distance,
@@ -176,13 +184,18 @@ impl<'a> Selector<'a> {
         let back = self.facing && at.cosine < 0.0;
         let normal = if back { -self.stock.normal.at(i) } else { self.stock.normal.at(i) };
         let n_dot_e = normal.dot(to_eye);
-        let ink = self.plan.tone.ink(&Lit {
-            n_dot_l: normal.dot(self.light),
-            n_dot_e: if self.facing { n_dot_e.clamp(0.0, 1.0) } else { n_dot_e.abs() },
-            z: 0.5 + 0.5 * (at.depth - view.distance) / view.radius,
-            relative_depth: if view.is_parallel() { 1.0 } else { at.depth / view.distance },
-            back,
-        });
+        let ink = if let (true, Some(papers)) = (PAPERS, &self.plan.papers) {
+            let viewing = Viewing::new(view, self.page, self.light, None);
+            papers.tone.surface(&viewing.sight(self.stock.position.at(i), normal, 1.0, 1.0).0)
+        } else {
+            self.plan.tone.ink(&Lit {
+                n_dot_l: normal.dot(self.light),
+                n_dot_e: if self.facing { n_dot_e.clamp(0.0, 1.0) } else { n_dot_e.abs() },
+                z: 0.5 + 0.5 * (at.depth - view.distance) / view.radius,
+                relative_depth: if view.is_parallel() { 1.0 } else { at.depth / view.distance },
+                back,
+            })
+        };
         let at = Projected { cosine: at.cosine.abs(), ..at };
         // The smooth normal shrinks dots without steps between facets. The facet bounds it: at the coarse outline of a
         // mesh dots would be too small to carry their ink, or stand out from a facet that is hardly seen.
@@ -193,12 +206,28 @@ impl<'a> Selector<'a> {
     /// The place of stipple `i` and the ink it asks for; `None` if it faces away, lies off the page or asks for none.
     fn see(&self, i: usize) -> Option<Seen> {
         let at = self.project(self.stock.position.at(i), self.stock.facet.at(i));
-        self.in_view(&at).then(|| self.light_up(i, at)).filter(|seen| seen.ink > 0.0)
+        let seen = self.in_view(&at).then(|| match self.plan.papers {
+            None => self.light_up::<false>(i, at),
+            Some(_) => self.light_up::<true>(i, at),
+        });
+        seen.filter(|seen| seen.ink > 0.0)
     }
 
     /// Density on the surface that a place asks for, per object unit squared, and the growth of its dots.
-    #[inline(always)]
     pub fn demand(&self, seen: &Seen) -> (f32, f32) {
+        match self.plan.papers {
+            None => self.demand_of::<false>(seen),
+            Some(_) => self.demand_of::<true>(seen),
+        }
+    }
+
+    #[inline(always)]
+    fn demand_of<const PAPERS: bool>(&self, seen: &Seen) -> (f32, f32) {
+        if let (true, Some(papers)) = (PAPERS, &self.plan.papers) {
+            // A count belongs to the surface, whatever its distance and slant.
+            let scale = self.view.px_per_unit(self.view.distance);
+            return (seen.ink * papers.full * scale * scale, 1.0);
+        }
         let (density_px, growth) = self.plan.demand(seen.ink, seen.at.cosine, seen.radius);
         (density_px * seen.at.scale * seen.at.scale, growth)
     }
@@ -226,6 +255,10 @@ impl<'a> Selector<'a> {
     /// No place of this frame asks for more than this density (per object unit squared), so that no stipple that
     /// appears later need be looked at.
     pub fn densest(&self) -> f32 {
+        if let Some(papers) = &self.plan.papers {
+            let scale = self.view.px_per_unit(self.view.distance);
+            return 1.01 * papers.full * scale * scale;
+        }
         let nearest = (self.view.distance - self.view.radius).max(f32::MIN_POSITIVE);
         let scale = self.view.px_per_unit(nearest);
         // Demand is largest where the cosine is: radius² falls no faster than c (foreshorten ≤ ½) or at grazing.
@@ -244,6 +277,13 @@ impl<'a> Selector<'a> {
     /// In passes over blocks, each of which leaves fewer: projecting all is vector code, lighting those in view and
     /// drawing those that are asked for have few branches to guess.
     pub fn select(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
+        match self.plan.papers {
+            None => self.select_by::<false>(range, dots),
+            Some(_) => self.select_by::<true>(range, dots),
+        }
+    }
+
+    fn select_by<const PAPERS: bool>(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
         let mut block = Block::new();
         let mut asked = [(0usize, Seen::default(), 0.0f32, 0.0f32); BLOCK];
         let mut kept = [0usize; BLOCK];
@@ -269,8 +309,8 @@ impl<'a> Selector<'a> {
             let mut m = 0;
             for &k in &kept[..n] {
                 let i = start + k;
-                let seen = self.light_up(i, block.at(k));
-                let (density, growth) = self.demand(&seen);
+                let seen = self.light_up::<PAPERS>(i, block.at(k));
+                let (density, growth) = self.demand_of::<PAPERS>(&seen);
                 asked[m] = (i, seen, density, growth);
                 m += usize::from(density >= self.plan.appears[i] && seen.ink > 0.0);
             }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use dotwork_drawing::{Color, Drawing, Layer, Page, View};
 use dotwork_ink::{Stock, Style};
+use dotwork_mesh::Mesh;
 use dotwork_render::{CpuBackend, Frame, InkPlan, Subject};
 use glam::Vec3;
 
@@ -25,6 +26,9 @@ struct Planned {
     style: Style,
     page: Page,
     plan: InkPlan,
+    /// The borders of the object's surface.
+    mesh: Arc<Mesh>,
+    borders: Vec<Vec<u32>>,
 }
 
 /// A scene as one frame sees it.
@@ -91,11 +95,18 @@ impl Artist {
         let mut count = 0;
         for object in &scene.objects {
             let Some(stock) = &object.stock else { continue };
-            let holds = self.plans.get(count).is_some_and(|p| {
+            let old = self.plans.get_mut(count);
+            let holds = old.as_ref().is_some_and(|p| {
                 Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
             });
             if !holds {
+                let same = old.filter(|p| Arc::ptr_eq(&p.mesh, &object.mesh));
                 let planned = Planned {
+                    mesh: object.mesh.clone(),
+                    borders: match same {
+                        Some(old) => std::mem::take(&mut old.borders),
+                        None => object.mesh.borders(),
+                    },
                     stock: stock.clone(),
                     style: object.style.clone(),
                     page: scene.page,
@@ -123,6 +134,7 @@ fn see<'a>(scene: &'a Scene, plans: &'a [Planned]) -> Seen<'a> {
         .map(|(object, planned)| Subject {
             name: &object.name,
             mesh: &object.mesh,
+            borders: &planned.borders,
             stock: &planned.stock,
             style: &planned.style,
             plan: &planned.plan,

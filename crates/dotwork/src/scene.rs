@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
 use dotwork_ink::{BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
 use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
-use dotwork_volume::{Space, Unit};
+use dotwork_volume::{Space, Unit, Volume};
 use glam::Vec3;
 
 use crate::artist::Artist;
@@ -67,6 +67,8 @@ pub struct Source {
     pub checksum: Option<u64>,
     /// How the bytes of a file without a header are laid out (`256x256x128:u8`).
     pub raw: Option<String>,
+    /// The series of DICOM files that was asked for.
+    pub series: Option<String>,
     /// The value whose isosurface was taken from a volume.
     pub iso: Option<f64>,
 }
@@ -91,6 +93,8 @@ pub struct Object {
     pub world: World,
     /// Its surface.
     pub mesh: Arc<Mesh>,
+    /// The prepared volume that its surface was found in.
+    pub volume: Option<Arc<Volume>>,
     /// How it is drawn.
     pub style: Style,
     /// Its stipples; `None` until baked.
@@ -110,7 +114,15 @@ impl Object {
     ) -> Result<Object, MeshError> {
         let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
         let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
-        Ok(Object { name: name.into(), source: None, world: World::default(), mesh, style, stock: None })
+        Ok(Object {
+            name: name.into(),
+            source: None,
+            world: World::default(),
+            mesh,
+            volume: None,
+            style,
+            stock: None,
+        })
     }
 
     /// Draws this object in another style from now on.

@@ -24,6 +24,7 @@ fn scene() -> Scene {
         checksum: Some(0xfedc_ba98_7654_3210),
         raw: Some("2x2x2:u8".into()),
         iso: Some(-0.1),
+        series: Some("3".into()),
     });
     let mut scene = Scene::of(object);
     scene.scale_bar = Some("0.5um".parse().unwrap());

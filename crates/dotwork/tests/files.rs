@@ -68,7 +68,9 @@ fn a_whole_scene_is_no_surface_and_the_error_names_it() {
     write_drawing(&plate, Format::Svg, &scene.draw(), &scene, &mut Warnings::new()).unwrap();
     for path in [&dots, &plate] {
         let loaded = load(path, &mut Warnings::new()).unwrap();
-        let Err(error) = loaded.into_mesh(None, &mut Warnings::new()) else { panic!("it is no surface") };
+        let Err(error) = loaded.into_mesh(&Style::default(), None, &mut Warnings::new()) else {
+            panic!("it is no surface")
+        };
         assert_eq!(error.to_string(), format!("{}: is a whole scene, not a surface", path.display()));
     }
 }

@@ -4,20 +4,25 @@ mod volume;
 
 use std::path::Path;
 
-use dotwork::drawing::LightFrame;
+use dotwork::drawing::{Drawing, LightFrame};
+use dotwork::export::{Pixels, RasterView, write_png};
 use dotwork::mesh::MeshStats;
 use dotwork::volume::Unit;
-use dotwork::{LoadOptions, Loaded, Object, Plate, RawMesh, Scene, Source, Style, Warnings, load_with};
+use dotwork::{
+    LoadOptions, Loaded, Object, Plate, Raster, Rasterizer, RawMesh, Scene, Source, Style, Warnings,
+    load_with,
+};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
+use crate::output;
 use crate::report::{self, Failure, Report};
 use crate::words::{grouped, list, number};
 
 /// Describes an input.
 pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
     let mut warnings = Warnings::new();
-    let options = LoadOptions { raw: args.raw.clone() };
+    let options = LoadOptions { raw: args.raw.clone(), series: args.series.clone() };
     let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
         Loaded::Mesh(file) => {
             let (format, facts) = (file.format.clone(), file.facts.clone());
@@ -25,7 +30,18 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
             let object = file.into_object(Style::default(), &mut warnings)?;
             describe_mesh(&args.input, format, &facts, &found, &object)
         }
-        Loaded::Volume(input) => volume::describe(&input),
+        Loaded::Volume(input) => {
+            let features = input.features(&Style::default(), &mut warnings);
+            if let Some(path) = &args.sheet {
+                let features = match &features {
+                    Ok(features) => features,
+                    Err(error) => return Err(Failure::Run(error.to_string())),
+                };
+                let drawing = volume::sheet(&input, features, &mut warnings)?;
+                write_sheet(path, &drawing)?;
+            }
+            volume::describe(&input, &features)
+        }
         Loaded::Scene { scene, .. } => describe_dots(&args.input, &scene),
         Loaded::Plate(plate) => describe_plate(&args.input, &plate),
     };
@@ -36,6 +52,18 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
     report::print(&words)?;
     report.warn(Some(&args.input), &warnings);
     Ok(())
+}
+
+/// Writes a contact sheet: a picture without settings, since none draw it again.
+fn write_sheet(path: &Path, sheet: &Drawing) -> Result<(), Failure> {
+    let mut raster = Raster::default();
+    Rasterizer::new().draw(sheet, &mut raster);
+    let (width, height) = (raster.width, raster.height);
+    let pixels = match raster.channels {
+        1 => Pixels::Grey(&raster.samples),
+        _ => Pixels::Rgb(&raster.samples),
+    };
+    output::write(path, |w| write_png(w, &RasterView { width, height, pixels }, 0, &[]))
 }
 
 /// What the file itself says, before cleaning.

@@ -1,7 +1,10 @@
 //! What is in a volume: its grid, its place in the world, its values and their histogram.
 
-use dotwork::VolumeInput;
-use dotwork::volume::{Histogram, SampleType, Space, Unit, VolumeStats};
+use dotwork::drawing::lettering::{text_width, write_text};
+use dotwork::drawing::{Drawing, Layer, Page};
+use dotwork::ink::FeatureChoice;
+use dotwork::volume::{Feature, Features, Histogram, SampleType, Space, Unit, VolumeStats};
+use dotwork::{Color, FileError, Scene, Style, VolumeInput, Warnings};
 use serde_json::{Value, json};
 
 use crate::words::{grouped, list, number};
@@ -15,8 +18,18 @@ const BINS: usize = 256;
 /// Columns of the longest bar.
 const BAR: f64 = 36.0;
 
-/// A volume in words and as JSON; warnings are the caller's.
-pub fn describe(input: &VolumeInput) -> (String, Value) {
+/// Most features on a contact sheet.
+const MOST_FEATURES: usize = 12;
+
+/// Pictures side by side on a contact sheet.
+const COLUMNS: usize = 4;
+
+/// Side of each, and height of the line below, pixels.
+const TILE: u32 = 512;
+const CAPTION: u32 = 48;
+
+/// A volume in words and as JSON, with the features that were found in it; warnings are the caller's.
+pub fn describe(input: &VolumeInput, features: &Result<Features, FileError>) -> (String, Value) {
     let volume = &input.volume;
     let affine = volume.affine();
     let [x, y, z] = volume.dims();
@@ -88,6 +101,28 @@ pub fn describe(input: &VolumeInput) -> (String, Value) {
     if !facts.is_empty() {
         words += &format!("\nin the file\n{}", list(&facts));
     }
+    match features {
+        Ok(found) => {
+            words += &format!(
+                "\nfeatures (render --set feature=N; {} first: {})\n",
+                found.default + 1,
+                found.reason
+            );
+            let row = |(i, f): (usize, &Feature)| {
+                let [low, high] = f.range.map(number);
+                let text = format!(
+                    "{}, surface at {}, values {low} to {high}, {:.0} %",
+                    f.name,
+                    number(f.iso),
+                    100.0 * f.share
+                );
+                ((i + 1).to_string(), text)
+            };
+            let rows: Vec<(String, String)> = found.features.iter().enumerate().map(row).collect();
+            words += &list(&rows.iter().map(|(k, v)| (k.as_str(), v.clone())).collect::<Vec<_>>());
+        }
+        Err(error) => words += &format!("\nfeatures\n  none: {error}\n"),
+    }
     if let Some(histogram) = volume.histogram(ROWS) {
         // Bins of whole numbers begin half-way between two of them.
         let whole = !matches!(kind, SampleType::F32 | SampleType::F64) && scaling.is_identity();
@@ -115,10 +150,57 @@ pub fn describe(input: &VolumeInput) -> (String, Value) {
         "facts": input.facts.iter().map(|(k, v)| json!([k, v])).collect::<Vec<_>>(),
         "histogram": volume.histogram(BINS).map(|h| json!({ "min": h.min, "max": h.max, "counts": h.counts })),
     });
+    if let Ok(found) = features {
+        value["features"] = found.features.iter().map(feature).collect();
+        value["default_feature"] = json!(found.default + 1);
+    }
     if let Some(checksum) = input.source.checksum {
         value["checksum"] = json!(format!("{checksum:016x}"));
     }
     (words, value)
+}
+
+fn feature(f: &Feature) -> Value {
+    json!({ "name": f.name, "iso": f.iso, "range": f.range, "mean": f.mean, "share": f.share })
+}
+
+/// Draws all features of a volume in a row, each as `feature=N` draws it, and under each its number.
+pub fn sheet(
+    input: &VolumeInput,
+    features: &Features,
+    warnings: &mut Warnings,
+) -> Result<Drawing, FileError> {
+    let count = features.features.len().clamp(1, MOST_FEATURES);
+    let columns = count.min(COLUMNS);
+    let rows = count.div_ceil(columns);
+    let page =
+        Page { width: TILE * columns as u32, height: (TILE + CAPTION) * rows as u32, ..Page::default() };
+    let mut sheet = Drawing::new(page, Color::WHITE);
+    for (i, feature) in features.features.iter().take(count).enumerate() {
+        let style = Style { feature: FeatureChoice::Number(i as u32 + 1), ..Style::default() };
+        let mesh = input.surface(&style, Some(feature.iso), warnings)?;
+        let mut scene = Scene::default();
+        mesh.turn_camera(&mut scene);
+        scene.add(mesh.into_object(style, warnings)?);
+        scene.page = Page { width: TILE, height: TILE, ..Page::default() };
+        let left = (i % columns) as f32 * TILE as f32;
+        let top = (i / columns) as f32 * (TILE + CAPTION) as f32;
+        for mut layer in scene.draw().layers {
+            layer.dots.x.iter_mut().chain(&mut layer.strokes.x).for_each(|x| *x += left);
+            layer.dots.y.iter_mut().chain(&mut layer.strokes.y).for_each(|y| *y += top);
+            layer.object = format!("{} {}", i + 1, feature.name);
+            sheet.layers.push(layer);
+        }
+        let mut layer = Layer { object: "captions".into(), ..Layer::default() };
+        // The number, and the value of its surface.
+        let height = 0.4 * CAPTION as f32;
+        let text = format!("{}   {}", i + 1, number(feature.iso));
+        let x = left + 0.5 * (TILE as f32 - text_width(&text, height));
+        let at = [x, top + TILE as f32 + 0.7 * CAPTION as f32];
+        write_text(&mut layer.strokes, &text, at, height, 2.0, (i as u64) << 16);
+        sheet.layers.push(layer);
+    }
+    Ok(sheet)
 }
 
 fn values(s: &VolumeStats) -> Value {

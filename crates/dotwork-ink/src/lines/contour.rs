@@ -44,6 +44,11 @@ impl Eye {
 pub struct Chains {
     /// The points, object units.
     pub point: Vec<Vec3>,
+    /// The surface's normals there, of unit length but for what is lost between vertices.
+    pub normal: Vec<Vec3>,
+    /// The length of the mesh's edge on which each point lies, object units: by a share of it the mesh's own outline
+    /// may be off.
+    pub edge: Vec<f32>,
     /// For each point whether the line can be seen there if nothing else hides it.
     pub open: Vec<bool>,
     /// One past the last point of each chain.
@@ -71,10 +76,21 @@ impl Chains {
 
     fn clear(&mut self) {
         self.point.clear();
+        self.normal.clear();
+        self.edge.clear();
         self.open.clear();
         self.end.clear();
         self.triangle.clear();
     }
+}
+
+/// Where the contour crosses an edge of the mesh.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    point: Vec3,
+    normal: Vec3,
+    /// The edge's length.
+    length: f32,
 }
 
 /// A segment of the contour inside a triangle.
@@ -83,7 +99,7 @@ struct Segment {
     triangle: u32,
     /// The edges in which it begins and ends, as pairs of vertices, the smaller first.
     edge: [u64; 2],
-    at: [Vec3; 2],
+    at: [Crossing; 2],
     /// The surface is convex along the line of sight.
     convex: bool,
 }
@@ -202,19 +218,22 @@ impl Contours {
             let segment = &self.segments[e as usize / 2];
             (segment.at[e as usize % 2], segment.convex)
         };
-        let (p, mut convex) = place(first);
-        chains.point.push(p);
-        chains.open.push(convex);
+        let mut push = |at: Crossing, open: bool| {
+            chains.point.push(at.point);
+            chains.normal.push(at.normal);
+            chains.edge.push(at.length);
+            chains.open.push(open);
+        };
+        let (at, convex) = place(first);
+        push(at, convex);
         loop {
             self.used[end as usize / 2] = true;
             let other = end ^ 1;
-            let (p, own) = place(other);
+            let (at, convex) = place(other);
             let next = self.meets[other as usize];
             let ended = next == NONE || self.used[next as usize / 2];
             // A point between two segments is open if either is: a single triangle's sign is noise.
-            convex = own || (!ended && place(next).1);
-            chains.point.push(p);
-            chains.open.push(convex);
+            push(at, convex || (!ended && place(next).1));
             if ended {
                 break;
             }
@@ -239,10 +258,14 @@ fn segment(mesh: &Mesh, eye: Eye, t: u32, triangle: [u32; 3], g: [f32; 3]) -> Se
         2
     };
     // The crossing of an edge must be the same point from both of its triangles: taken from the smaller vertex on.
+    let normals = mesh.corner_normals[t as usize];
     let cross = |i: usize, j: usize| {
         let (i, j) = if triangle[i] < triangle[j] { (i, j) } else { (j, i) };
         let s = g[i] / (g[i] - g[j]);
-        (u64::from(triangle[i]) << 32 | u64::from(triangle[j]), p[i] + (p[j] - p[i]) * s)
+        let along = p[j] - p[i];
+        let [from, to] = [i, j].map(|k| mesh.normals[normals[k] as usize]);
+        let at = Crossing { point: p[i] + along * s, normal: from + (to - from) * s, length: along.length() };
+        (u64::from(triangle[i]) << 32 | u64::from(triangle[j]), at)
     };
     let ((edge_a, at_a), (edge_b, at_b)) = (cross(alone, (alone + 1) % 3), cross(alone, (alone + 2) % 3));
     // The gradient of g in the triangle, times the triangle's squared area, along the line of sight.

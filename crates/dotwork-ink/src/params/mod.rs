@@ -3,9 +3,17 @@
 //! From this table come the fields of [`Style`], `--set key=value`, the keys of style files, the list in the
 //! command's help, and the checks of every value. A new parameter is one entry below.
 
+mod values;
+
 use std::fmt;
 
 use dotwork_drawing::{Color, Length, Unit};
+
+use values::Value;
+pub use values::{
+    BakeMethod, Crop, Factors, Fade, FeatureChoice, Fraction, Inked, Keep, SilhouetteForm, SizeMax, TwoSided,
+    Visibility, Window,
+};
 
 /// What values a parameter takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +33,8 @@ pub enum Kind {
     Color,
     /// A length on the page: `1.5px`, `0.25mm`, or `0.2%` of the page's shorter side.
     Length,
+    /// A text of this form.
+    Text(&'static str),
 }
 
 impl fmt::Display for Kind {
@@ -35,6 +45,7 @@ impl fmt::Display for Kind {
             Kind::Choice(words) => f.write_str(&words.join(" | ")),
             Kind::Color => f.write_str("#rrggbb"),
             Kind::Length => f.write_str("px, mm or % of the page"),
+            Kind::Text(form) => f.write_str(form),
         }
     }
 }
@@ -67,139 +78,6 @@ impl Param {
     /// The default value as text.
     pub fn default(&self) -> String {
         self.get(&Style::default())
-    }
-}
-
-/// A value that a parameter can hold.
-trait Value: Sized {
-    fn parse(s: &str, param: &Param) -> Result<Self, String>;
-    fn show(&self) -> String;
-}
-
-impl Value for f32 {
-    fn parse(s: &str, param: &Param) -> Result<Self, String> {
-        let Kind::Number { min, max } = param.kind else {
-            unreachable!("{} is declared as a number", param.name)
-        };
-        match s.trim().parse::<f32>() {
-            Ok(v) if v >= min && v <= max => Ok(v),
-            _ => Err(format!("{} takes a number from {min} to {max}, not '{s}'", param.name)),
-        }
-    }
-
-    fn show(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Value for bool {
-    fn parse(s: &str, param: &Param) -> Result<Self, String> {
-        match s.trim() {
-            "true" => Ok(true),
-            "false" => Ok(false),
-            _ => Err(format!("{} takes true or false, not '{s}'", param.name)),
-        }
-    }
-
-    fn show(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Value for Color {
-    fn parse(s: &str, param: &Param) -> Result<Self, String> {
-        s.trim().parse().map_err(|e| format!("{}: {e}", param.name))
-    }
-
-    fn show(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Value for Length {
-    fn parse(s: &str, param: &Param) -> Result<Self, String> {
-        let length: Length = s.parse().map_err(|e| format!("{}: {e}", param.name))?;
-        if length.value > 0.0 {
-            Ok(length)
-        } else {
-            Err(format!("{} must be more than 0, not '{s}'", param.name))
-        }
-    }
-
-    fn show(&self) -> String {
-        self.to_string()
-    }
-}
-
-/// Declares an enum whose variants are the words of a [`Kind::Choice`].
-macro_rules! choice {
-    ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum $name { $($(#[$vmeta])* $variant),+ }
-
-        impl $name {
-            const WORDS: &'static [&'static str] = &[$($word),+];
-        }
-
-        impl Value for $name {
-            fn parse(s: &str, param: &Param) -> Result<Self, String> {
-                match s.trim() {
-                    $($word => Ok($name::$variant),)+
-                    _ => Err(format!("{} takes {}, not '{s}'", param.name, Self::WORDS.join(" or "))),
-                }
-            }
-
-            fn show(&self) -> String {
-                match self { $($name::$variant => $word.to_string()),+ }
-            }
-        }
-    };
-}
-
-choice! {
-    /// Which side of the form gets the ink.
-    Inked {
-        /// The side away from the light: black ink on white paper.
-        Shade = "shade",
-        /// The lit side: white ink on black paper.
-        Light = "light",
-    }
-}
-
-choice! {
-    /// How a dot near its threshold arrives.
-    Fade {
-        /// It grows.
-        Size = "size",
-        /// It strengthens, at full size.
-        Ink = "ink",
-        /// It simply appears.
-        Off = "off",
-    }
-}
-
-choice! {
-    /// What hides a dot.
-    Visibility {
-        /// Nothing: every layer prints, as in the papers' volumes.
-        Through = "through",
-        /// Facing away from the eye.
-        Facing = "facing",
-        /// Facing away, or lying behind the surface.
-        Solid = "solid",
-    }
-}
-
-choice! {
-    /// Whether back faces are drawn.
-    TwoSided {
-        /// On open surfaces only.
-        Auto = "auto",
-        /// Always.
-        Yes = "true",
-        /// Never.
-        No = "false",
     }
 }
 
@@ -236,6 +114,10 @@ macro_rules! style {
     };
 }
 
+/// The strengths and exponents of the papers' factors.
+const STRENGTH: Kind = Kind::Number { min: 0.0, max: 20.0 };
+const EXPONENT: Kind = Kind::Number { min: 0.0, max: 64.0 };
+
 const UNIT: Kind = Kind::Number { min: 0.0, max: 1.0 };
 
 style! {
@@ -252,14 +134,16 @@ style! {
             "Lambert with wrap";
         gamma: f32 = 1.7, Kind::Number { min: 0.1, max: 8.0 }, "",
             "Shape of the shading: above 1 opens the half-tones, below 1 darkens them.", "exponent of shade";
-        silhouette: f32 = 0.3, UNIT, "ink", "Ink where the surface turns away from the eye.", "the sum's third term";
+        silhouette: f32 = 0.3, UNIT, "ink", "Ink where the surface turns away from the eye; among the papers' factors all but 0 (or true) is on.",
+            "the sum's third term";
         silhouette_power: f32 = 5.0, Kind::Number { min: 0.5, max: 32.0 }, "",
             "How close to the outline the silhouette's ink stays: larger is closer.", "exponent of 1 - |n.E|";
         distance: f32 = 0.0, Kind::Number { min: -1.0, max: 1.0 }, "",
-            "Lightens what is far (positive) or near (negative).",
+            "Lightens what is far (positive) or near (negative); among the papers' factors all but 0 (or true) is on.",
             "ink * (1 - distance * z), z = 0 at the near and 1 at the far end of the bounding sphere";
         resolution: f32 = 1.0, UNIT, "",
-            "1 keeps the ink per page area under perspective; 0 keeps it per area of the surface, so that far parts darken.",
+            "1 keeps the ink per page area under perspective; 0 keeps it per area of the surface, so that far parts darken; \
+             among the papers' factors all but 0 (or true) is on.",
             "ink * (depth / depth of the centre)^(2 (1 - resolution)); after Lu et al. 2003, T_r";
         highlight: f32 = 0.0, Kind::Number { min: 0.0, max: 0.9 }, "ink",
             "Tones lighter than this stay bare paper; the others are stretched to meet it.",
@@ -300,11 +184,76 @@ style! {
         color: Color = Color::BLACK, Kind::Color, "sRGB", "Colour of the ink.", "";
         paper: Color = Color::WHITE, Kind::Color, "sRGB", "Colour of the paper.", "";
     }
+    "Volume" {
+        feature: FeatureChoice = FeatureChoice::Auto, Kind::Text("auto | outer | dense | N | LO,HI"), "",
+            "Which feature of a volume is drawn: the one that auto takes for the form, the outermost, the densest, \
+             number N of those that dotwork info lists, or what has values from LO to HI.",
+            "the isosurface of the feature; see dotwork_volume::Features";
+        window: Window = Window(None), Kind::Text("auto | LO,HI"), "value",
+            "Values below LO count as LO and above HI as HI; auto leaves out the lowest and highest 0.1 % but for the air.",
+            "v = (value - LO) / (HI - LO)";
+        smooth: f32 = 0.5, Kind::Number { min: 0.0, max: 8.0 }, "of the largest voxel spacing",
+            "Standard deviation of the Gaussian that smooths a volume before its surface is found; noise asks for 1 or 2.", "";
+        cap: bool = true, Kind::Switch, "", "Closes the surface where the volume's box cuts it.", "";
+        keep: Keep = Keep::Auto, Kind::Text("auto | all | N"), "components",
+            "How many connected parts of the feature are kept, the largest first; auto drops specks.", "";
+        crop: Crop = Crop(None), Kind::Text("none | X0,X1,Y0,Y1,Z0,Z1"), "of the volume's box",
+            "The part of the volume that is looked at, in shares 0 to 1 of its sides.", "";
+    }
+    "Papers" {
+        factors: Factors = Factors::Sum, Kind::Choice(Factors::WORDS), "",
+            "How tone is made: as a sum of ink, or as a count of dots, the product of the papers' factors below.",
+            "count = N_max * tone * T_b * T_s * T_r * T_l * T_d * T_i, cut to N_max; Lu et al. 2002, eq 2 and 3";
+        bake: BakeMethod = BakeMethod::BlueNoise, Kind::Choice(BakeMethod::WORDS), "",
+            "Who makes the order of the stipples: one even order over the surface, or a list for each voxel of a volume.",
+            "voxel: Lu et al. 2002, section 4.3";
+        boundary: bool = true, Kind::Switch, "", "Draws more where values are high and gradients strong.",
+            "T_b = v * (k_gc + k_gs * |G|^k_ge); Lu et al. 2002, eq 5";
+        k_gc: f32 = 0.39, STRENGTH, "", "How much the value itself counts for the boundary factor.", "see boundary";
+        k_gs: f32 = 0.51, STRENGTH, "", "Largest share of the gradient in the boundary factor.", "see boundary";
+        k_ge: f32 = 1.0, EXPONENT, "", "Sharpness of the boundary: larger leaves only the strongest gradients.", "see boundary";
+        k_sc: f32 = 0.279, STRENGTH, "", "How much the value itself counts for the silhouette factor.",
+            "T_s = v * (k_sc + k_ss * (1 - |n.E|)^k_se); Lu et al. 2002, eq 6; on by silhouette";
+        k_ss: f32 = 0.45, STRENGTH, "", "Largest share of the silhouette in its factor.", "see k_sc";
+        k_se: f32 = 1.11, EXPONENT, "", "Sharpness of the silhouette.", "see k_sc";
+        silhouette_form: SilhouetteForm = SilhouetteForm::Outside, Kind::Choice(SilhouetteForm::WORDS), "",
+            "Where the exponent k_se stands, which the papers print in two ways: outside or inside the difference.",
+            "outside: (1 - |n.E|)^k_se; inside: 1 - |n.E|^k_se";
+        k_re: f32 = 2.0, EXPONENT, "", "How fast dots become fewer as they move away; 2 keeps their number per page area.",
+            "T_r = (scale on the page / scale in the view of the bake)^k_re * |n.E|^k_nz; Lu et al. 2002, eq 7; on by resolution";
+        k_nz: f32 = 0.0, EXPONENT, "", "How fast dots become fewer as their place turns away from the eye.", "see k_re";
+        lighting: bool = true, Kind::Switch, "",
+            "Draws fewer dots where light falls, and none beyond front_angle; what faces away from the light keeps all.",
+            "T_l = 1 - max(0, n.L)^k_le; Lu et al. 2002, eq 10";
+        k_le: f32 = 1.0, EXPONENT, "", "How closely the bright parts gather around the light's direction.", "see lighting";
+        k_de: f32 = 1.0, Kind::Number { min: -20.0, max: 20.0 }, "",
+            "How fast dots become fewer with depth: above 0 far ones, below 0 near ones.",
+            "T_d = ((1 + z / a) / 2)^k_de, z in -a to a, towards the eye above 0; \
+             ((1 - z / a) / 2)^-k_de below 0; Lu et al. 2002, eq 8; on by distance";
+        interior: bool = false, Kind::Switch, "", "Draws fewer dots where gradients are weak, so that one looks into the volume.",
+            "T_i = |G|^k_ie; Lu et al. 2002, eq 9";
+        k_ie: f32 = 1.0, EXPONENT, "", "How fast weak gradients become transparent.", "see interior";
+        size_max: SizeMax = SizeMax(None), Kind::Text("off | px, mm or % of the page"), "diameter",
+            "Diameter of a dot of the strongest gradient, from which the others follow; off draws all with dot_size.",
+            "size = |G| * size_max * T_r * T_d * T_i; Lu et al. 2002, eq 4";
+        k_max: f32 = 1.0, Kind::Number { min: 0.01, max: 16.0 }, "",
+            "Most stipples of a voxel, over the pixels that it covers in the view of the bake.",
+            "N_max = k_max * rendered area / (X * Y * Z)^(2/3); Lu et al. 2002, eq 1";
+        slab: f32 = 0.5, Kind::Number { min: 0.0, max: 4.0 }, "voxels",
+            "Distance of the two planes between which a voxel's stipples lie.", "Lu et al. 2002, section 4.3";
+        fraction: Fraction = Fraction::Probability, Kind::Choice(Fraction::WORDS), "",
+            "What becomes of fractions of a dot: they are rounded (off), drawn as weaker dots (ink), or, where voxels are \
+             small on the page, taken as probabilities.",
+            "probability: count + w * (u - 1/2), u random for each voxel, w = 1 - min(1, area / min_area_px); Lu et al. 2003, 5.2";
+        min_area_px: f32 = 5.0, Kind::Number { min: 2.0, max: 9.0 }, "px^2",
+            "Area on the page below which a voxel counts as small.", "see fraction";
+    }
     "Surface" {
         visibility: Visibility = Visibility::Solid, Kind::Choice(Visibility::WORDS), "",
             "What hides a dot: nothing (through), facing away (facing), or also what lies before it (solid).", "";
         front_angle: f32 = 90.0, Kind::Number { min: 1.0, max: 90.0 }, "degrees",
-            "With facing or solid: largest angle between the normal and the eye at which dots are drawn.", "Lu et al. 2003";
+            "With facing, solid or the papers' lighting: largest angle between the normal and the eye at which dots are drawn.",
+            "Lu et al. 2003";
         two_sided: TwoSided = TwoSided::Auto, Kind::Choice(TwoSided::WORDS), "",
             "Whether back faces are drawn: auto draws them on open surfaces.", "";
         crease_angle: f32 = 180.0, Kind::Number { min: 0.0, max: 180.0 }, "degrees",
@@ -316,12 +265,18 @@ impl Style {
     /// Makes every dot as large as a pen of this diameter draws it.
     pub fn use_pen(&mut self, pen: Length) {
         (self.dot_size, self.fade, self.foreshorten, self.grow) = (pen, Fade::Off, 0.0, 0.0);
+        self.size_max = SizeMax(None);
+        if self.fraction == Fraction::Ink {
+            self.fraction = Fraction::Probability;
+        }
     }
 
     /// The diameter in millimetres of the pen with which this style draws, if it draws every dot with one: a size in
     /// millimetres that neither arrival nor foreshortening nor dark tones change.
     pub fn pen_mm(&self) -> Option<f32> {
-        let fixed = self.fade == Fade::Off && self.foreshorten == 0.0 && self.grow == 0.0;
+        let papers = self.factors == Factors::Papers;
+        let varied = papers && (self.size_max.0.is_some() || self.fraction == Fraction::Ink);
+        let fixed = self.fade == Fade::Off && self.foreshorten == 0.0 && self.grow == 0.0 && !varied;
         (fixed && self.dot_size.unit == Unit::Mm).then_some(self.dot_size.value)
     }
 
@@ -404,6 +359,44 @@ mod tests {
             let mut other = style.clone();
             other.set(key, value).unwrap();
             assert_eq!(other.pen_mm(), None, "{key} = {value}");
+        }
+    }
+
+    #[test]
+    fn a_pen_draws_papers_with_one_size_too() {
+        let mut style = crate::preset("papers").unwrap();
+        style.fraction = Fraction::Ink;
+        style.use_pen(Length::mm(0.25));
+        assert_eq!(style.pen_mm(), Some(0.25));
+        for (key, value) in [("size_max", "0.5mm"), ("fraction", "ink")] {
+            let mut other = style.clone();
+            other.set(key, value).unwrap();
+            assert_eq!(other.pen_mm(), None, "{key}");
+            other.factors = Factors::Sum;
+            assert_eq!(other.pen_mm(), Some(0.25), "{key} acts on the papers' factors only");
+        }
+    }
+
+    #[test]
+    fn the_papers_switches_are_words_or_numbers() {
+        let mut style = Style::default();
+        for key in ["silhouette", "resolution", "distance"] {
+            style.set(key, "true").unwrap();
+            assert_eq!(find_param(key).unwrap().get(&style), "1");
+            style.set(key, "false").unwrap();
+            assert_eq!(find_param(key).unwrap().get(&style), "0");
+        }
+        assert!(style.set("gamma", "true").unwrap_err().contains("gamma"), "other numbers are numbers");
+        style.set("size_max", "0.4%").unwrap();
+        assert_eq!(style.size_max, SizeMax(Some(Length::percent(0.4))));
+        for (key, bad) in [
+            ("size_max", "0px"),
+            ("min_area_px", "1"),
+            ("min_area_px", "10"),
+            ("slab", "-1"),
+            ("bake", "white"),
+        ] {
+            assert!(style.set(key, bad).unwrap_err().contains(key), "{key}={bad}");
         }
     }
 

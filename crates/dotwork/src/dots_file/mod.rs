@@ -118,6 +118,7 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             source: object.source,
             world: object.world,
             mesh,
+            volume: None,
             style: object.style,
             stock,
         });

@@ -46,6 +46,9 @@ pub fn settings_text(scene: &Scene) -> String {
             if let Some(raw) = &source.raw {
                 table.insert("raw".into(), Value::String(raw.clone()));
             }
+            if let Some(series) = &source.series {
+                table.insert("series".into(), Value::String(series.clone()));
+            }
             if let Some(iso) = source.iso {
                 table.insert("iso".into(), Value::Float(iso));
             }
@@ -163,7 +166,8 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
         Some(v) => Some(v.as_float().ok_or("object: iso is not a number")?),
     };
     let raw = object.optional("raw")?.map(String::from);
-    let source = object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, iso });
+    let series = object.optional("series")?.map(String::from);
+    let source = object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, series, iso });
     let space = match object.optional("space")? {
         Some("patient") => Space::Patient,
         _ => Space::Unknown,

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 
 use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::Style;
@@ -11,10 +12,12 @@ use dotwork_io::volume::{
 };
 use dotwork_io::{ReadError, ReadErrorKind};
 use dotwork_mesh::{RawMesh, shapes};
-use dotwork_volume::{IsoOptions, Space, Unit, Volume};
+use dotwork_volume::phantom::phantom;
+use dotwork_volume::{Space, Unit, Volume};
 
 use super::FileError;
 use super::plate::Plate;
+use super::volume::VolumeInput;
 use crate::dots_file::read_scene;
 use crate::scene::{Object, Scene, Source, World};
 
@@ -51,8 +54,12 @@ pub struct MeshFile {
     pub world: World,
     /// The axis that points up by the habits of the format.
     pub up: UpAxis,
+    /// What was decided on the way from a volume to this surface, in words.
+    pub notes: Vec<String>,
     /// The mesh.
     pub raw: RawMesh,
+    /// The prepared volume whose surface it is.
+    pub volume: Option<Arc<Volume>>,
 }
 
 impl MeshFile {
@@ -61,11 +68,12 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Mesh`].
     pub fn into_object(self, style: Style, warnings: &mut Warnings) -> Result<Object, FileError> {
-        let MeshFile { name, input, source, world, raw, .. } = self;
+        let MeshFile { name, input, source, world, raw, volume, .. } = self;
         let mut object =
             Object::new(name, raw, style, warnings).map_err(|source| FileError::Mesh { input, source })?;
         object.source = Some(source);
         object.world = world;
+        object.volume = volume;
         Ok(object)
     }
 
@@ -78,68 +86,22 @@ impl MeshFile {
     }
 }
 
-/// A volume as its file gives it.
-pub struct VolumeInput {
-    /// Name for the object: the file's stem.
-    pub name: String,
-    /// The input as it was named, for messages.
-    pub input: String,
-    /// The format in words.
-    pub format: String,
-    /// What else the file says, in its order.
-    pub facts: Vec<(String, String)>,
-    /// Where it came from.
-    pub source: Source,
-    /// The volume.
-    pub volume: Volume,
-}
-
-impl VolumeInput {
-    /// The surface where the volume has the value `iso`.
-    ///
-    /// # Errors
-    /// [`FileError::Volume`]: no value of the volume lies on either side of `iso`, or it is a single slice.
-    pub fn surface(self, iso: f64, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
-        let VolumeInput { name, input, format, facts, source, volume } = self;
-        let affine = volume.affine();
-        let world = World { space: affine.space, unit: affine.unit };
-        let raw = volume
-            .isosurface(iso, &IsoOptions { cap: true }, warnings)
-            .map_err(|e| FileError::Volume { input: input.clone(), reason: e.to_string() })?;
-        let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
-        Ok(MeshFile {
-            name,
-            input,
-            format,
-            facts,
-            source: Source { iso: Some(iso), ..source },
-            world,
-            up,
-            raw,
-        })
-    }
-
-    /// The refusal to draw a volume without being told where its surface is.
-    fn needs_iso(&self) -> FileError {
-        let reason = match self.volume.value_range() {
-            Some((min, max)) => format!(
-                "is a volume with values from {min} to {max}: say with --iso V at which value its surface is \
-                 (dotwork info shows the histogram)"
-            ),
-            None => "is a volume without a finite value".into(),
-        };
-        FileError::Volume { input: self.input.clone(), reason }
-    }
-}
-
 /// What the caller knows about inputs that their files do not say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// The layout of a volume without a header.
     pub raw: Option<RawLayout>,
+    /// Which series of DICOM files is read: its UID, number or description; `None`: the one with the largest volume.
+    pub series: Option<String>,
 }
 
-/// Reads an input: a mesh file, a volume (a folder of TIFF pages too), a `.dots` file, a picture that dotwork drew, or a
+impl LoadOptions {
+    fn of_volume(&self) -> VolumeOptions {
+        VolumeOptions { raw: self.raw.clone(), series: self.series.clone() }
+    }
+}
+
+/// Reads an input: a mesh file, a volume (a folder of DICOM or TIFF files too), a `.dots` file, a picture that dotwork drew, or a
 /// built-in demo, `demo:NAME`.
 ///
 /// What a file is is decided by its content. What was dropped on the way is said in `warnings`.
@@ -162,10 +124,13 @@ pub fn load_with(
     let path = input.as_ref();
     let input = path.to_string_lossy().into_owned();
     if let Some(name) = input.strip_prefix("demo:") {
-        return demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh)));
+        return match phantom(name) {
+            Some(volume) => Ok(Loaded::Volume(Box::new(VolumeInput::demo(name, volume)))),
+            None => demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh))),
+        };
     }
     if options.raw.is_some() || path.is_dir() {
-        let file = read_volume(path, &VolumeOptions { raw: options.raw.clone() }, warnings)?;
+        let file = read_volume(path, &options.of_volume(), warnings)?;
         return Ok(volume(path, file, options));
     }
     let bytes = dotwork_io::read_file(path)?;
@@ -190,7 +155,18 @@ pub fn load_with(
     // glTF's lengths are metres; the other formats do not say.
     let unit = if format.starts_with("glTF") { Unit::Metre } else { Unit::Unknown };
     let world = World { unit, ..World::default() };
-    Ok(Loaded::Mesh(Box::new(MeshFile { name, input, format, facts, source, world, up, raw })))
+    Ok(Loaded::Mesh(Box::new(MeshFile {
+        name,
+        input,
+        format,
+        facts,
+        source,
+        world,
+        up,
+        notes: Vec::new(),
+        raw,
+        volume: None,
+    })))
 }
 
 fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
@@ -205,7 +181,9 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         source: Source { file: input.into(), ..Source::default() },
         world: World::default(),
         up: UpAxis::Y,
+        notes: Vec::new(),
         raw,
+        volume: None,
     })
 }
 
@@ -226,6 +204,7 @@ fn volume(path: &Path, file: VolumeFile, options: &LoadOptions) -> Loaded {
         file: input.clone(),
         checksum: Some(file.checksum),
         raw: options.raw.as_ref().map(ToString::to_string),
+        series: options.series.clone(),
         iso: None,
     };
     Loaded::Volume(Box::new(VolumeInput {
@@ -239,8 +218,7 @@ fn volume(path: &Path, file: VolumeFile, options: &LoadOptions) -> Loaded {
 }
 
 /// Reads an input as a scene: a mesh or a demo as one object in `style`, everything else at its default; a `.dots` file
-/// or a plate with the styles and settings that it holds. For a volume, [`load`] it and take a
-/// [`surface`](VolumeInput::surface).
+/// or a plate with the styles and settings that it holds; of a volume the feature that `style` names.
 ///
 /// ```
 /// use dotwork::{Style, Warnings, open};
@@ -258,7 +236,7 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
         Loaded::Scene { scene, .. } => Ok(*scene),
         Loaded::Plate(plate) => plate.scene(warnings),
         loaded => {
-            let mesh = loaded.into_mesh(None, warnings)?;
+            let mesh = loaded.into_mesh(style, None, warnings)?;
             let mut scene = Scene::default();
             mesh.turn_camera(&mut scene);
             scene.add(mesh.into_object(style.clone(), warnings)?);
@@ -268,18 +246,19 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
 }
 
 impl Loaded {
-    /// The mesh, or the surface of the volume.
+    /// The mesh, or the surface of the volume: where it has the value `iso`, or of the feature that `style` names.
     ///
     /// # Errors
-    /// [`FileError::Volume`]: a volume without a value for its surface, or one that it does not have;
-    /// [`FileError::WholeScene`]: a `.dots` file or a plate.
-    pub fn into_mesh(self, iso: Option<f64>, warnings: &mut Warnings) -> Result<MeshFile, FileError> {
+    /// As [`VolumeInput::surface`]; [`FileError::WholeScene`]: a `.dots` file or a plate.
+    pub fn into_mesh(
+        self,
+        style: &Style,
+        iso: Option<f64>,
+        warnings: &mut Warnings,
+    ) -> Result<MeshFile, FileError> {
         match self {
             Loaded::Mesh(mesh) => Ok(*mesh),
-            Loaded::Volume(volume) => match iso {
-                Some(iso) => volume.surface(iso, warnings),
-                None => Err(volume.needs_iso()),
-            },
+            Loaded::Volume(volume) => volume.surface(style, iso, warnings),
             Loaded::Scene { input, .. } => Err(FileError::WholeScene { input }),
             Loaded::Plate(plate) => {
                 Err(FileError::WholeScene { input: plate.path().to_string_lossy().into_owned() })

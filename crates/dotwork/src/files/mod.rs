@@ -3,6 +3,7 @@
 mod input;
 mod output;
 mod plate;
+mod volume;
 
 use std::path::PathBuf;
 
@@ -11,10 +12,12 @@ use dotwork_io::ReadError;
 use dotwork_io::dots::DotsError;
 use dotwork_mesh::MeshError;
 use dotwork_mesh::shapes::DEMOS;
+use dotwork_volume::phantom::PHANTOMS;
 
-pub use input::{LoadOptions, Loaded, MeshFile, VolumeInput, load, load_with, open};
+pub use input::{LoadOptions, Loaded, MeshFile, load, load_with, open};
 pub use output::{Format, encode_drawing, prepare, write_drawing};
 pub use plate::Plate;
+pub use volume::VolumeInput;
 
 /// Why a file was not read or written. Displays as one line, `FILE: place: reason`.
 #[derive(Debug, thiserror::Error)]
@@ -78,7 +81,8 @@ pub enum FileError {
 }
 
 fn demo_names() -> String {
-    DEMOS.iter().map(|d| d.name).collect::<Vec<_>>().join(", ")
+    let shapes = DEMOS.iter().map(|d| d.name);
+    shapes.chain(PHANTOMS.iter().map(|(name, _)| *name)).collect::<Vec<_>>().join(", ")
 }
 
 /// Text with its control characters escaped: file names may hold line breaks.

@@ -109,8 +109,8 @@ impl Plate {
                 .transpose()
                 .map_err(|e| error(e.to_string()))?;
             let mut said = Warnings::new();
-            let mesh =
-                load_with(&found, &LoadOptions { raw }, &mut said)?.into_mesh(source.iso, &mut said)?;
+            let mesh = load_with(&found, &LoadOptions { raw, series: source.series.clone() }, &mut said)?
+                .into_mesh(&style, source.iso, &mut said)?;
             if mesh.source.checksum != source.checksum {
                 let hex = |c: Option<u64>| c.map_or("none".into(), |c| format!("{c:016x}"));
                 return Err(error(format!(

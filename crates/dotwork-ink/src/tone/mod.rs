@@ -3,7 +3,13 @@
 //! The terms are summed, not multiplied: a product of the papers' factors is near 0 everywhere and needs a gain set
 //! by hand. What one summand darkens, another cannot undo.
 
+mod papers;
+
 use crate::params::{Inked, Style};
+pub use papers::{
+    ElementTone, FACTORS, FactorHistogram, HISTOGRAM_BINS, PapersTone, Sight, Viewing, boundary, count,
+    distance, factor_histograms, front_limit, interior, lighting, random_of, resolution, silhouette, small,
+};
 
 /// What the tone of a place depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +89,7 @@ impl Tone {
 
 /// A function on [0, 1] as 256 linear pieces.
 #[derive(Clone, Debug)]
-struct Table(Vec<f32>);
+pub(crate) struct Table(Vec<f32>);
 
 impl Table {
     const PIECES: usize = 256;

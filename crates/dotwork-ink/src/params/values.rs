@@ -1,0 +1,347 @@
+//! The types that parameters have, each read from and shown as text.
+
+use std::fmt;
+
+use dotwork_drawing::{Color, Length};
+
+use super::{Kind, Param};
+
+/// Numbers that also take `true` for 1 and `false` for 0: among the papers' factors they are switches.
+const SWITCHES: [&str; 3] = ["silhouette", "resolution", "distance"];
+
+/// A value that a parameter can hold.
+pub(super) trait Value: Sized {
+    fn parse(s: &str, param: &Param) -> Result<Self, String>;
+    fn show(&self) -> String;
+}
+
+impl Value for f32 {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        let Kind::Number { min, max } = param.kind else {
+            unreachable!("{} is declared as a number", param.name)
+        };
+        let word = match s.trim() {
+            "true" => Some(1.0),
+            "false" => Some(0.0),
+            _ => None,
+        };
+        match word.filter(|_| SWITCHES.contains(&param.name)).ok_or(()).or_else(|()| s.trim().parse::<f32>())
+        {
+            Ok(v) if v >= min && v <= max => Ok(v),
+            _ => Err(format!("{} takes a number from {min} to {max}, not '{s}'", param.name)),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for bool {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match s.trim() {
+            "true" => Ok(true),
+            "false" => Ok(false),
+            _ => Err(format!("{} takes true or false, not '{s}'", param.name)),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for Color {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        s.trim().parse().map_err(|e| format!("{}: {e}", param.name))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for Length {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        let length: Length = s.parse().map_err(|e| format!("{}: {e}", param.name))?;
+        if length.value > 0.0 {
+            Ok(length)
+        } else {
+            Err(format!("{} must be more than 0, not '{s}'", param.name))
+        }
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+/// Declares an enum whose variants are the words of a [`Kind::Choice`].
+macro_rules! choice {
+    ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name { $($(#[$vmeta])* $variant),+ }
+
+        impl $name {
+            pub(super) const WORDS: &'static [&'static str] = &[$($word),+];
+        }
+
+        impl Value for $name {
+            fn parse(s: &str, param: &Param) -> Result<Self, String> {
+                match s.trim() {
+                    $($word => Ok($name::$variant),)+
+                    _ => Err(format!("{} takes {}, not '{s}'", param.name, Self::WORDS.join(" or "))),
+                }
+            }
+
+            fn show(&self) -> String {
+                match self { $($name::$variant => $word.to_string()),+ }
+            }
+        }
+    };
+}
+
+choice! {
+    /// Which side of the form gets the ink.
+    Inked {
+        /// The side away from the light: black ink on white paper.
+        Shade = "shade",
+        /// The lit side: white ink on black paper.
+        Light = "light",
+    }
+}
+
+choice! {
+    /// How a dot near its threshold arrives.
+    Fade {
+        /// It grows.
+        Size = "size",
+        /// It strengthens, at full size.
+        Ink = "ink",
+        /// It simply appears.
+        Off = "off",
+    }
+}
+
+choice! {
+    /// What hides a dot.
+    Visibility {
+        /// Nothing: every layer prints, as in the papers' volumes.
+        Through = "through",
+        /// Facing away from the eye.
+        Facing = "facing",
+        /// Facing away, or lying behind the surface.
+        Solid = "solid",
+    }
+}
+
+choice! {
+    /// Whether back faces are drawn.
+    TwoSided {
+        /// On open surfaces only.
+        Auto = "auto",
+        /// Always.
+        Yes = "true",
+        /// Never.
+        No = "false",
+    }
+}
+
+choice! {
+    /// How the tone of a place follows from its terms.
+    Factors {
+        /// Ink is a sum of terms.
+        Sum = "sum",
+        /// The count of dots is a product of the papers' factors.
+        Papers = "papers",
+    }
+}
+
+choice! {
+    /// Where the exponent of the papers' silhouette factor stands.
+    SilhouetteForm {
+        /// `(1 − |n·E|)^k_se`.
+        Outside = "outside",
+        /// `1 − |n·E|^k_se`.
+        Inside = "inside",
+    }
+}
+
+choice! {
+    /// What becomes of the fraction of a dot that an element asks for.
+    Fraction {
+        /// It is rounded.
+        Off = "off",
+        /// It is the strength of the element's last dot.
+        Ink = "ink",
+        /// It is the probability of that dot, where the element is small on the page.
+        Probability = "probability",
+    }
+}
+
+choice! {
+    /// Who makes the order of the stipples.
+    BakeMethod {
+        /// One even order over the whole surface.
+        BlueNoise = "blue-noise",
+        /// A list for each voxel of a volume.
+        Voxel = "voxel",
+    }
+}
+
+/// Diameter of the dots of the strongest gradient; `None` where all dots have the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SizeMax(pub Option<Length>);
+
+impl Value for SizeMax {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        if s.trim() == "off" {
+            return Ok(SizeMax(None));
+        }
+        match s.parse::<Length>() {
+            Ok(length) if length.value > 0.0 => Ok(SizeMax(Some(length))),
+            _ => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.0.map_or("off".into(), |length| length.to_string())
+    }
+}
+
+/// Which feature of a volume is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FeatureChoice {
+    /// The one that most of the boundaries belong to, the lowest first.
+    #[default]
+    Auto,
+    /// The one with the lowest values.
+    Outer,
+    /// The one with the highest values.
+    Dense,
+    /// This one of those that were found, counted from 1.
+    Number(u32),
+    /// What has values in this range.
+    Range([f64; 2]),
+}
+
+impl fmt::Display for FeatureChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FeatureChoice::Auto => f.write_str("auto"),
+            FeatureChoice::Outer => f.write_str("outer"),
+            FeatureChoice::Dense => f.write_str("dense"),
+            FeatureChoice::Number(n) => write!(f, "{n}"),
+            FeatureChoice::Range([lo, hi]) => write!(f, "{lo},{hi}"),
+        }
+    }
+}
+
+/// A range of values; `None` where it follows from the data.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window(pub Option<[f64; 2]>);
+
+/// How many connected parts are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// All but specks.
+    #[default]
+    Auto,
+    /// All.
+    All,
+    /// This many, the largest first.
+    Largest(u32),
+}
+
+/// A part of a volume's box: from and to along each axis, in shares 0…1; `None` is the whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Crop(pub Option<[[f64; 2]; 3]>);
+
+/// `N` finite numbers between commas.
+fn numbers<const N: usize>(s: &str) -> Option<[f64; N]> {
+    let mut parts = s.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
+    let mut out = [0.0; N];
+    for v in &mut out {
+        *v = parts.next()??;
+    }
+    parts.next().is_none().then_some(out)
+}
+
+fn refused<T>(s: &str, param: &Param) -> Result<T, String> {
+    Err(format!("{} takes {}, not '{s}'", param.name, param.kind))
+}
+
+impl Value for FeatureChoice {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        let s = s.trim();
+        Ok(match s {
+            "auto" => FeatureChoice::Auto,
+            "outer" => FeatureChoice::Outer,
+            "dense" => FeatureChoice::Dense,
+            _ => match (s.parse::<u32>(), numbers(s)) {
+                (Ok(n), _) if n > 0 => FeatureChoice::Number(n),
+                (_, Some([lo, hi])) if lo < hi => FeatureChoice::Range([lo, hi]),
+                _ => return refused(s, param),
+            },
+        })
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for Window {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match (s.trim(), numbers(s)) {
+            ("auto", _) => Ok(Window(None)),
+            (_, Some([lo, hi])) if lo < hi => Ok(Window(Some([lo, hi]))),
+            _ => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.0.map_or("auto".into(), |[lo, hi]| format!("{lo},{hi}"))
+    }
+}
+
+impl Value for Keep {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match (s.trim(), s.trim().parse::<u32>()) {
+            ("auto", _) => Ok(Keep::Auto),
+            ("all", _) => Ok(Keep::All),
+            (_, Ok(n)) if n > 0 => Ok(Keep::Largest(n)),
+            _ => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        match self {
+            Keep::Auto => "auto".into(),
+            Keep::All => "all".into(),
+            Keep::Largest(n) => n.to_string(),
+        }
+    }
+}
+
+impl Value for Crop {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        if s.trim() == "none" {
+            return Ok(Crop(None));
+        }
+        match numbers::<6>(s).map(|[a, b, c, d, e, f]| [[a, b], [c, d], [e, f]]) {
+            Some(part) if part.iter().all(|[lo, hi]| 0.0 <= *lo && lo < hi && *hi <= 1.0) => {
+                Ok(Crop(Some(part)))
+            }
+            _ => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        match self.0 {
+            None => "none".into(),
+            Some(part) => part.as_flattened().iter().map(f64::to_string).collect::<Vec<_>>().join(","),
+        }
+    }
+}

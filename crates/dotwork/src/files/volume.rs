@@ -1,0 +1,153 @@
+//! From a volume to the surface of one of its features.
+
+use std::sync::Arc;
+
+use dotwork_drawing::{UpAxis, Warnings};
+use dotwork_ink::{FeatureChoice, Keep, Style};
+use dotwork_volume::{Features, IsoOptions, Preparation, Space, Volume};
+
+use super::FileError;
+use super::input::MeshFile;
+use crate::scene::{Source, World};
+
+/// A volume as its file gives it.
+pub struct VolumeInput {
+    /// Name for the object: the file's stem.
+    pub name: String,
+    /// The input as it was named, for messages.
+    pub input: String,
+    /// The format in words.
+    pub format: String,
+    /// What else the file says, in its order.
+    pub facts: Vec<(String, String)>,
+    /// Where it came from.
+    pub source: Source,
+    /// The volume.
+    pub volume: Volume,
+}
+
+impl VolumeInput {
+    /// A volume that dotwork makes itself.
+    pub(crate) fn demo(name: &str, volume: Volume) -> VolumeInput {
+        let input = format!("demo:{name}");
+        VolumeInput {
+            name: name.into(),
+            format: "built-in volume".into(),
+            facts: Vec::new(),
+            source: Source { file: input.clone(), ..Source::default() },
+            input,
+            volume,
+        }
+    }
+
+    fn error(&self, reason: impl ToString) -> FileError {
+        FileError::Volume { input: self.input.clone(), reason: reason.to_string() }
+    }
+
+    /// The volume as it is drawn: windowed, cropped, padded, resampled and smoothed as `style` says. Values keep their
+    /// meaning.
+    ///
+    /// # Errors
+    /// [`FileError::Volume`]: all values are the same, the window shows nothing of them.
+    pub fn prepared(&self, style: &Style, warnings: &mut Warnings) -> Result<Volume, FileError> {
+        let preparation = Preparation {
+            window: style.window.0,
+            cap: style.cap,
+            smooth: Some(f64::from(style.smooth)),
+            crop: style.crop.0,
+            ..Preparation::default()
+        };
+        dotwork_volume::prepare(&self.volume, &preparation, &|_| (), warnings).map_err(|e| self.error(e))
+    }
+
+    /// The features of the volume, prepared as `style` says.
+    ///
+    /// # Errors
+    /// As [`VolumeInput::prepared`], and if the volume has no boundaries.
+    pub fn features(&self, style: &Style, warnings: &mut Warnings) -> Result<Features, FileError> {
+        dotwork_volume::find_features(&self.prepared(style, warnings)?).map_err(|e| self.error(e))
+    }
+
+    /// The surface where the volume, prepared as `style` says, has the value `iso`; without one, of the feature that
+    /// `style` names. Parts are kept as `style` says.
+    ///
+    /// # Errors
+    /// [`FileError::Volume`]: no value of the volume lies on either side of `iso`, there is no such feature, or what
+    /// [`VolumeInput::prepared`] says.
+    pub fn surface(
+        &self,
+        style: &Style,
+        iso: Option<f64>,
+        warnings: &mut Warnings,
+    ) -> Result<MeshFile, FileError> {
+        let mut prepared = self.prepared(style, warnings)?;
+        let mut notes = Vec::new();
+        let iso = match iso {
+            Some(iso) => iso,
+            None => {
+                let features = dotwork_volume::find_features(&prepared).map_err(|e| self.error(e))?;
+                let (name, iso) = choose(&features, style.feature).map_err(|e| self.error(e))?;
+                notes.push(format!(
+                    "feature {name} of {}, its surface at {}",
+                    features.features.len(),
+                    short(iso)
+                ));
+                iso
+            }
+        };
+        let keep = match style.keep {
+            Keep::Auto => dotwork_volume::Keep::Auto,
+            Keep::All => dotwork_volume::Keep::All,
+            Keep::Largest(n) => dotwork_volume::Keep::Largest(n as usize),
+        };
+        if keep != dotwork_volume::Keep::All {
+            let parts =
+                dotwork_volume::keep_components(&mut prepared, iso, keep).map_err(|e| self.error(e))?;
+            if parts.kept < parts.found {
+                notes.push(format!(
+                    "{} of {} parts kept (keep=all keeps the specks)",
+                    parts.kept, parts.found
+                ));
+            }
+        }
+        let affine = prepared.affine();
+        let world = World { space: affine.space, unit: affine.unit };
+        let raw =
+            prepared.isosurface(iso, &IsoOptions { cap: style.cap }, warnings).map_err(|e| self.error(e))?;
+        let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
+        let VolumeInput { name, input, format, facts, source, .. } = self;
+        let [name, input, format] = [name, input, format].map(String::clone);
+        let (facts, source) = (facts.clone(), Source { iso: Some(iso), ..source.clone() });
+        let volume = Some(Arc::new(prepared));
+        Ok(MeshFile { name, input, format, facts, source, world, up, notes, raw, volume })
+    }
+}
+
+/// The feature that a style names, and the value of its surface.
+fn choose(features: &Features, choice: FeatureChoice) -> Result<(String, f64), String> {
+    let list = &features.features;
+    let known = || {
+        let each =
+            list.iter().enumerate().map(|(i, f)| format!("{} ({}, at {})", i + 1, f.name, short(f.iso)));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let index = match choice {
+        FeatureChoice::Auto => features.default,
+        FeatureChoice::Outer => 0,
+        FeatureChoice::Dense => list.len() - 1,
+        FeatureChoice::Number(n) => n as usize - 1,
+        // What is denser than the range lies inside its surface.
+        FeatureChoice::Range([lo, hi]) => return Ok((format!("{}..{}", short(lo), short(hi)), lo)),
+    };
+    match list.get(index) {
+        Some(feature) => Ok((feature.name.clone(), feature.iso)),
+        None => Err(format!("there is no feature {choice}; its features are {}", known())),
+    }
+}
+
+/// A value in four significant digits, or more where it has that many before the point.
+fn short(v: f64) -> String {
+    let digits = if v == 0.0 { 0 } else { (3.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize };
+    let text = format!("{v:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
