@@ -102,8 +102,12 @@ fn measure(
     let (surface, file) = match loaded? {
         Loaded::Mesh(file) => (None, *file),
         volume @ Loaded::Volume(_) => {
-            let (cost, file) = Cost::of(|| volume.into_mesh(style, args.input.iso, &mut warnings));
-            (Some(cost), file?)
+            let (cost, files) = Cost::of(|| volume.into_meshes(style, args.input.iso, &mut warnings));
+            // A clip's cut faces come after the surface itself.
+            let Some(file) = files?.into_iter().next() else {
+                return Err(Failure::Run(format!("{}: nothing to draw", input.display())));
+            };
+            (Some(cost), file)
         }
         Loaded::Scene { .. } | Loaded::Plate(_) => {
             return Err(Failure::Run(format!(

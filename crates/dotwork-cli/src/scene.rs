@@ -34,15 +34,17 @@ pub fn open(
             }
             loaded @ (Loaded::Mesh(_) | Loaded::Volume(_)) => {
                 let style = options.style(&Style::default());
-                let mesh = loaded.into_mesh(&style, options.iso(), &mut warnings)?;
-                for note in &mesh.notes {
-                    report.summary(&format!("{}: {note}", input.display()));
+                for mesh in loaded.into_meshes(&style, options.iso(), &mut warnings)? {
+                    for note in &mesh.notes {
+                        report.summary(&format!("{}: {note}", input.display()));
+                    }
+                    if scene.objects.is_empty() {
+                        mesh.turn_camera(&mut scene);
+                    }
+                    let style = mesh.style(style.clone());
+                    let object = mesh.into_object(style, &mut warnings)?;
+                    add(&mut scene, object, &mut warnings);
                 }
-                if scene.objects.is_empty() {
-                    mesh.turn_camera(&mut scene);
-                }
-                let object = mesh.into_object(style, &mut warnings)?;
-                add(&mut scene, object, &mut warnings);
             }
             Loaded::Scene { scene: mut baked, .. } => {
                 check_bake(input, &baked, options)?;

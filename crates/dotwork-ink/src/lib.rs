@@ -25,8 +25,8 @@ pub use bake::{BakeSettings, MAX_STIPPLES, blue_noise};
 pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{
-    BakeMethod, Crop, Factors, Fade, FeatureChoice, Fraction, Inked, Keep, Kind, PARAMS, Param, SilhouetteForm,
-    SizeMax, Style, TwoSided, Visibility, Window, find_param,
+    BakeMethod, Clip, Crop, Factors, Fade, FeatureChoice, Fraction, GradientMin, Inked, Keep, Kind, PARAMS,
+    Param, SilhouetteForm, SizeMax, Style, TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
 pub use stock::{Baked, Elements, Stock, Vectors};

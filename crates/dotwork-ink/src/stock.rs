@@ -1,5 +1,6 @@
 //! The stock: the stipples a bake made, ready to be asked for by spacing.
 
+use dotwork_drawing::color::srgb_to_linear;
 use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -68,7 +69,8 @@ impl Vectors {
         Vectors { x: part(&self.x), y: part(&self.y), z: part(&self.z) }
     }
 
-    fn translate(&mut self, shift: Vec3) {
+    /// Adds `shift` to each.
+    pub fn translate(&mut self, shift: Vec3) {
         for (v, shift) in [(&mut self.x, shift.x), (&mut self.y, shift.y), (&mut self.z, shift.z)] {
             v.iter_mut().for_each(|v| *v += shift);
         }
@@ -95,6 +97,14 @@ pub struct Elements {
     pub area: Vec<f32>,
     /// Most stipples that an element shows.
     pub n_max: f32,
+    /// Most stipples that were asked for: more than `n_max` where lists would have been too long.
+    pub wanted: f32,
+    /// The three edges of a voxel, object units.
+    pub edges: [Vec3; 3],
+    /// Distance of the two planes between which stipples lie, in mean edges of a voxel.
+    pub slab: f32,
+    /// Seed of the bake.
+    pub seed: u32,
     /// How far from its element's centre a stipple may lie, object units.
     pub reach: f32,
     /// The scale of the view that `n_max` was made for, see [`crate::bake::reference_scale`]; `None`: every view.
@@ -124,6 +134,8 @@ pub struct Stock {
     pub normal: Vectors,
     /// Unit facet normals, for scale and facing.
     pub facet: Vectors,
+    /// Ink of the surface's own colours, 1 − luminance; empty if it has none.
+    pub own: Vec<f32>,
     /// The elements, where the bake has a list for each; then `baked.element` counts these, not triangles.
     pub elements: Option<Elements>,
 }
@@ -146,7 +158,11 @@ impl Stock {
         let places: Vec<[Vec3; 3]> = (0..baked.len()).into_par_iter().map(place).collect();
         let part = |k: usize| Vectors::collect(places.len(), |i| places[i][k]);
         let (position, normal, facet) = (part(0), part(1), part(2));
-        Stock { baked, position, normal, facet, elements: None }
+        let own = match mesh.colors[..] {
+            [] => Vec::new(),
+            _ => (0..baked.len()).into_par_iter().map(|i| own_ink(&baked, mesh, i)).collect(),
+        };
+        Stock { baked, position, normal, facet, own, elements: None }
     }
 
     /// Moves all places, as when coordinates become relative to another origin.
@@ -166,4 +182,15 @@ impl Stock {
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
+}
+
+/// The ink of a mesh's own colour at stipple `i`: 1 less the luminance of linear light.
+fn own_ink(baked: &Baked, mesh: &Mesh, i: usize) -> f32 {
+    let [v, w] = baked.weights[i];
+    let corners = mesh.triangles[baked.element[i] as usize];
+    let luminance = |k: usize| {
+        let [r, g, b, _] = mesh.colors[corners[k] as usize];
+        0.2126 * srgb_to_linear(r) + 0.7152 * srgb_to_linear(g) + 0.0722 * srgb_to_linear(b)
+    };
+    1.0 - (luminance(0) * (1.0 - v - w) + luminance(1) * v + luminance(2) * w)
 }

@@ -33,11 +33,14 @@ pub struct MeshOptions {
     pub weld: bool,
     /// Edges whose faces meet at more than this angle in degrees split the normals; 180 keeps every normal smooth.
     pub crease_angle: f32,
+    /// Make neighbours agree in winding and enclosing surfaces face outwards; false where the source knows better, as
+    /// an isosurface does: the wall of a cavity faces into it, also where it is cut open.
+    pub orient: bool,
 }
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        MeshOptions { weld: true, crease_angle: 180.0 }
+        MeshOptions { weld: true, crease_angle: 180.0, orient: true }
     }
 }
 
@@ -122,7 +125,8 @@ impl Mesh {
     ///    given normal of the first;
     /// 3. triangles without area (a corner twice, or a height under 10⁻⁷ of the longest edge) and repeated
     ///    triangles (the same three vertices in any order) are dropped, then vertices that no triangle uses;
-    /// 4. neighbours are made to agree in winding, and surfaces that enclose something to face outwards;
+    /// 4. neighbours are made to agree in winding, and surfaces that enclose something to face outwards
+    ///    (`options.orient`);
     /// 5. normals are the facet normals around a vertex weighted by the angle each face has there, split where faces
     ///    meet at more than `options.crease_angle`. Where nothing is split (180), [`RawMesh::normals`] are used
     ///    instead if they are given, brought to unit length; they turn with their faces, and computed ones stand in
@@ -152,7 +156,9 @@ impl Mesh {
         // A crease angle that is no number splits nothing.
         let smooth = options.crease_angle.is_nan() || options.crease_angle >= 180.0;
         let as_given = (smooth && !given.is_empty()).then(|| triangles.clone());
-        winding::orient(&positions, &mut triangles, &mut topology, warnings);
+        if options.orient {
+            winding::orient(&positions, &mut triangles, &mut topology, warnings);
+        }
         let closed = topology.is_closed();
         let computed = || normals::normals(&positions, &triangles, &topology, options.crease_angle);
         let (normals, corner_normals) = match as_given {

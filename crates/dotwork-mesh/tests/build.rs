@@ -485,3 +485,16 @@ fn slices_make_the_mesh_that_build_makes() {
         Err(MeshError::IndexOutOfRange { vertex: 8, .. })
     ));
 }
+
+#[test]
+fn what_is_oriented_already_stays_as_it_is() {
+    let mut raw = dotwork_mesh::shapes::demo("sphere").unwrap();
+    raw.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let build = |orient: bool| {
+        let options = MeshOptions { orient, ..MeshOptions::default() };
+        let mut warnings = Warnings::new();
+        let mesh = Mesh::build(raw.clone(), &options, &mut warnings).unwrap();
+        (mesh.volume() > 0.0, warnings.is_empty())
+    };
+    assert_eq!((build(true), build(false)), ((true, false), (false, true)));
+}

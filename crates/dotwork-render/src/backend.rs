@@ -11,6 +11,7 @@ use crate::elements::{Asked, ElementSelector, ask};
 use crate::outline::Outliner;
 use crate::plan::InkPlan;
 use crate::select::{Selector, two_sided};
+use crate::veil::{Body, Veil};
 
 /// Stipples a chunk looks at: enough to be worth a task, few enough to share.
 const CHUNK: usize = 4096;
@@ -58,6 +59,7 @@ pub struct CpuBackend {
     depth: DepthBuffer,
     chunks: Vec<Dots>,
     outliner: Outliner,
+    veil: Veil,
     /// What each element of the object at work asks for.
     asked: Vec<Asked>,
 }
@@ -103,6 +105,7 @@ impl CpuBackend {
             layer.strokes.clear();
             if subject.style.outlines {
                 let depth = (subject.style.visibility == Visibility::Solid).then_some(&self.depth);
+                let veil = depth.and(self.veil.thinning());
                 let id_base = (k as u64) << STIPPLE_BITS;
                 let Frame { view, page, .. } = *frame;
                 self.outliner.draw(
@@ -112,6 +115,7 @@ impl CpuBackend {
                     view,
                     page,
                     depth,
+                    veil,
                     id_base,
                     &mut layer.strokes,
                 );
@@ -194,14 +198,21 @@ impl CpuBackend {
         densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize)
     }
 
+    /// Draws what hides: opaque surfaces into the depth buffer, translucent bodies into the veil.
     fn prepass(&mut self, frame: &Frame) {
         self.depth.clear(frame.page.width, frame.page.height);
-        for subject in frame.subjects {
-            if subject.style.visibility == Visibility::Solid {
-                let culled = subject.mesh.closed && !two_sided(subject.style, true);
-                self.depth.draw(subject.mesh, frame.view, culled);
+        let mut bodies = Vec::new();
+        for subject in frame.subjects.iter().filter(|s| s.style.visibility == Visibility::Solid) {
+            let (mesh, occlusion) = (subject.mesh, subject.style.occlusion);
+            if occlusion < 1.0 {
+                let opacity = 8.0 * occlusion / (1.0 - occlusion) / frame.view.radius;
+                bodies.push(Body { mesh, opacity });
+            } else {
+                let culled = mesh.closed && !two_sided(subject.style, true);
+                self.depth.draw(mesh, frame.view, culled);
             }
         }
+        self.veil.draw(&bodies, frame.view, frame.page.width, frame.page.height);
     }
 
     fn selector<'a>(&'a self, frame: &'a Frame, k: usize) -> Selector<'a> {
@@ -216,6 +227,7 @@ impl CpuBackend {
             frame.page,
             frame.light,
             &self.depth,
+            &self.veil,
             id_base,
         )
     }

@@ -16,6 +16,7 @@ mod outline;
 mod plan;
 mod raster;
 mod select;
+mod veil;
 
 pub use backend::{CpuBackend, Frame, Subject};
 pub use depth::DepthBuffer;

@@ -12,12 +12,16 @@ use dotwork_mesh::Mesh;
 use glam::{Vec2, Vec3};
 
 use crate::depth::DepthBuffer;
+use crate::veil::Veil;
 
 /// The outline of a coarse mesh lies outside the contour by up to this share of an edge: an arc of 100° and its chord.
 const SAGITTA: f32 = 0.2;
 
 /// But no further than this is looked for it, pixels.
 const FARTHEST: f32 = 12.0;
+
+/// Lines behind translucent matter are drawn down to this transmittance.
+const FAINTEST: f32 = 0.35;
 
 /// Distance between the points at which a line is looked at, pixels.
 const STEP: f32 = 1.5;
@@ -81,6 +85,7 @@ impl Outliner {
         view: &View,
         page: &Page,
         depth: Option<&DepthBuffer>,
+        veil: Option<&Veil>,
         id_base: u64,
         strokes: &mut Strokes,
     ) {
@@ -88,7 +93,7 @@ impl Outliner {
             Projection::Perspective { .. } => Eye::At(view.eye),
             Projection::Parallel { .. } => Eye::Towards(view.back),
         };
-        let sheet = Sheet { view, page, depth, width: style.outline.to_px(page) };
+        let sheet = Sheet { view, page, depth, veil, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
         let chains = contours.trace(mesh, eye);
@@ -108,8 +113,11 @@ impl Outliner {
         self.contours = contours;
         for border in borders {
             let closed = border.len() > 3 && border.first() == border.last();
-            let place = |&v: &u32| {
-                Place { point: mesh.positions[v as usize], normal: Vec3::ZERO, edge: 0.0, open: true }
+            let place = |&v: &u32| Place {
+                point: mesh.positions[v as usize],
+                normal: Vec3::ZERO,
+                edge: 0.0,
+                open: true,
             };
             sheet.line(border.iter().map(place), &mut self.line);
             let id = id_base | BORDERS | u64::from(border[0]);
@@ -192,6 +200,7 @@ struct Sheet<'a> {
     view: &'a View,
     page: &'a Page,
     depth: Option<&'a DepthBuffer>,
+    veil: Option<&'a Veil>,
     /// Width of a line at the depth of the centre, pixels.
     width: f32,
 }
@@ -199,7 +208,7 @@ struct Sheet<'a> {
 impl Sheet<'_> {
     /// Replaces `line` by samples of a line in space, at most [`STEP`] apart.
     fn line(&self, places: impl Iterator<Item = Place>, line: &mut Vec<Sample>) {
-        let Sheet { view, page, depth, width } = *self;
+        let Sheet { view, page, depth, veil, width } = *self;
         line.clear();
         let mut last: Option<Sample> = None;
         for Place { point, normal, edge, open } in places {
@@ -225,7 +234,13 @@ impl Sheet<'_> {
         let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
         for p in line {
             let on_page = p.at.x >= margin && p.at.y >= margin && p.at.x <= right && p.at.y <= bottom;
+            // Lines do not thin: they end where little comes through.
+            let veiled = |v: &Veil| {
+                let at = p.at + p.outwards * 2.0;
+                v.transmittance(at.x, at.y, p.depth) < FAINTEST
+            };
             p.visible &= on_page
+                && !veil.is_some_and(veiled)
                 && !depth
                     .is_some_and(|d| d.hides_line(view, p.at.into(), p.depth, p.outwards.into(), p.reach));
         }

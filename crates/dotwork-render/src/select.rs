@@ -7,10 +7,14 @@ use glam::Vec3;
 
 use crate::depth::{DepthBuffer, GRAZING};
 use crate::plan::InkPlan;
+use crate::veil::Veil;
 
 /// From [`GRAZING`] on dots come in over this much of the cosine, so that nothing pops at the rim: at half a degree a
 /// frame a cosine moves by up to 0.009. The strip is a pixel wide on a page of a thousand; its lost ink is not seen.
 const RIM: f32 = 0.03;
+
+/// How far above its own surface a place is looked at through translucent matter, pixels.
+const LIFT: f32 = 2.0;
 
 /// Everything that the stipples of one object share in a frame.
 pub(crate) struct Selector<'a> {
@@ -29,6 +33,10 @@ pub(crate) struct Selector<'a> {
     pub min_cosine: f32,
     /// What faces away is not drawn.
     pub one_sided: bool,
+    /// What thins places within and behind translucent bodies.
+    pub veil: Option<&'a Veil>,
+    /// Ink of the surface's own colours, if it makes a tone.
+    pub own: &'a [f32],
     /// Added to every id: the object's number in the high bits.
     pub id_base: u64,
 }
@@ -98,6 +106,7 @@ impl<'a> Selector<'a> {
         page: &'a Page,
         light: Vec3,
         depth: &'a DepthBuffer,
+        veil: &'a Veil,
         id_base: u64,
     ) -> Selector<'a> {
         // Only the papers' lighting limits what is drawn through.
@@ -119,6 +128,8 @@ impl<'a> Selector<'a> {
             } else {
                 GRAZING.max(style.front_angle.to_radians().cos())
             },
+            veil: veil.thinning().filter(|_| style.visibility == Visibility::Solid),
+            own: if style.texture > 0.0 { &stock.own } else { &[] },
             id_base,
         }
     }
@@ -194,7 +205,17 @@ impl<'a> Selector<'a> {
                 z: 0.5 + 0.5 * (at.depth - view.distance) / view.radius,
                 relative_depth: if view.is_parallel() { 1.0 } else { at.depth / view.distance },
                 back,
+                own: if self.own.is_empty() { None } else { Some(self.own[i]) },
             })
+        };
+        let ink = match self.veil {
+            None => ink,
+            Some(veil) => {
+                // From a little above the surface, or it would thin itself where it is steep.
+                let lifted = self.stock.position.at(i) + normal * (LIFT / at.scale);
+                let (x, y, depth) = view.project(lifted);
+                ink * veil.transmittance(x, y, depth)
+            }
         };
         let at = Projected { cosine: at.cosine.abs(), ..at };
         // The smooth normal shrinks dots without steps between facets. The facet bounds it: at the coarse outline of a

@@ -52,9 +52,9 @@ pub(crate) struct Body<'a> {
 }
 
 impl Veil {
-    /// True if nothing was drawn.
-    pub fn is_empty(&self) -> bool {
-        self.crossings.is_empty()
+    /// Itself, if anything was drawn.
+    pub fn thinning(&self) -> Option<&Veil> {
+        (!self.crossings.is_empty()).then_some(self)
     }
 
     /// Forgets everything; memory is kept.

@@ -68,6 +68,7 @@ mod scale_bar;
 mod scene;
 #[cfg(feature = "files")]
 mod style_file;
+mod voxels;
 
 pub use artist::{Artist, SCALE_BAR};
 #[cfg(feature = "files")]

@@ -5,13 +5,15 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
-use dotwork_ink::{BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
+use dotwork_ink::bake::{reference_scale, voxel};
+use dotwork_ink::{BakeMethod, BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
 use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
 use dotwork_volume::{Space, Unit, Volume};
 use glam::Vec3;
 
 use crate::artist::Artist;
 use crate::scale_bar::ScaleBar;
+use crate::voxels;
 
 /// Most stipples that [`Stipples::Auto`] bakes for one object.
 pub const MAX_AUTO_STIPPLES: usize = 4_000_000;
@@ -25,6 +27,9 @@ const FARTHEST: f64 = 1e5;
 
 /// Stipples of the first, small bake that tells how many are needed.
 const PILOT_STIPPLES: usize = 16_384;
+
+/// By how much the scale of a view may differ from that of a voxel bake before it is said.
+const OTHER_SCALE: f32 = 2.0;
 
 /// How many stipples are baked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,6 +76,8 @@ pub struct Source {
     pub series: Option<String>,
     /// The value whose isosurface was taken from a volume.
     pub iso: Option<f64>,
+    /// Which of the faces that a clip cut open this is, from 0; `None` for the surface itself.
+    pub cut: Option<u32>,
 }
 
 /// What is known about the space in which an object lies.
@@ -112,7 +119,9 @@ impl Object {
         style: Style,
         warnings: &mut Warnings,
     ) -> Result<Object, MeshError> {
-        let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
+        // What brings its own normals knows its sides too: an isosurface.
+        let orient = raw.normals.is_empty();
+        let options = MeshOptions { crease_angle: style.crease_angle, orient, ..MeshOptions::default() };
         let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
         Ok(Object {
             name: name.into(),
@@ -127,7 +136,9 @@ impl Object {
 
     /// Draws this object in another style from now on.
     ///
-    /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake.
+    /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
+    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`), so that the
+    /// next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
     ///
     /// # Errors
     /// As [`Object::new`], for a mesh that did not come from there.
@@ -146,16 +157,29 @@ impl Object {
                     false => Vec::new(),
                 },
             };
-            let options = MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() };
+            let options =
+                MeshOptions { crease_angle: style.crease_angle, orient: false, ..MeshOptions::default() };
             let mesh = Mesh::build(raw, &options, &mut Warnings::new())?;
             // A mesh in order keeps its triangles; stipples of any other have lost their places.
             let kept = mesh.triangles == old.triangles && mesh.positions == old.positions;
-            self.stock =
-                self.stock.take().filter(|_| kept).map(|s| Arc::new(Stock::on_mesh(s.baked.clone(), &mesh)));
+            self.stock = self.stock.take().and_then(|s| match s.elements {
+                Some(_) => Some(s),
+                None => kept.then(|| Arc::new(Stock::on_mesh(s.baked.clone(), &mesh))),
+            });
             self.mesh = Arc::new(mesh);
+        }
+        let bake_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min);
+        let by_voxels = |s: &Style| self.volume.is_some() && s.bake == BakeMethod::Voxel;
+        if bake_of(&style) != bake_of(&self.style) && (by_voxels(&style) || by_voxels(&self.style)) {
+            self.stock = None;
         }
         self.style = style;
         Ok(())
+    }
+
+    /// Whether its stipples are, or will be, those of the voxels of its volume.
+    fn by_voxels(&self) -> bool {
+        self.style.bake == BakeMethod::Voxel && self.volume.is_some()
     }
 
     /// Takes coordinates relative to `origin` from now on, so that the object lies where it should beside others.
@@ -175,12 +199,33 @@ impl Object {
             *p = Vec3::from_array([0, 1, 2].map(|k| (f64::from(p[k]) + shift[k]) as f32));
         }
         mesh.origin = origin;
-        self.stock = self.stock.take().map(|s| Arc::new(Stock::on_mesh(s.baked.clone(), mesh)));
+        self.stock = self.stock.take().map(|s| match &s.elements {
+            None => Arc::new(Stock::on_mesh(s.baked.clone(), mesh)),
+            // Baked again where they now are: moved stipples would differ by rounding from those of a file.
+            Some(elements) => {
+                let (mut voxels, settings) = elements.recipe();
+                voxels.position.translate(Vec3::from_array(shift.map(|v| v as f32)));
+                Arc::new(voxel(&voxels, &settings, &mut Warnings::new()))
+            }
+        });
         true
     }
 
-    /// Bakes `count` stipples.
-    fn bake(&mut self, count: usize, seed: u32, progress: &mut dyn FnMut(f32)) {
+    /// Bakes `count` stipples, or those of the voxels of its volume, whose number follows from view and page.
+    fn bake(
+        &mut self,
+        count: usize,
+        seed: u32,
+        (view, page): (&View, &Page),
+        progress: &mut dyn FnMut(f32),
+    ) {
+        if let Some(volume) = self.volume.as_ref().filter(|_| self.by_voxels()) {
+            let ask = voxels::Ask { origin: self.mesh.origin, style: &self.style, view, page, seed };
+            if let Some(stock) = voxels::bake(volume, &ask, progress) {
+                self.stock = Some(Arc::new(stock));
+                return;
+            }
+        }
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
         let baked = blue_noise(&MeshSurface::new(&self.mesh), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
@@ -280,31 +325,34 @@ impl Scene {
 
     /// Bakes what has not been baked. `progress` is called with a share 0…1.
     ///
-    /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are.
-    pub fn bake(&mut self, progress: impl FnMut(f32)) {
+    /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are. A volume whose style
+    /// has the bake `voxel` gets as many as its voxels show in this view, whatever [`Scene::stipples`] says.
+    pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
         let missing: Vec<usize> =
             (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
         if missing.is_empty() {
             return;
         }
+        let (by_voxels, by_count): (Vec<usize>, Vec<usize>) =
+            missing.into_iter().partition(|&k| self.objects[k].by_voxels());
+        let share = by_voxels.len() as f32 / (by_voxels.len() + by_count.len()) as f32;
+        self.bake_some(&by_voxels, &vec![1; by_voxels.len()], |p| progress(share * p));
         let counts: Vec<usize> = match self.stipples {
-            Stipples::Count(n) => missing.iter().map(|_| n).collect(),
+            Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
-                for &k in &missing {
-                    self.objects[k].bake(PILOT_STIPPLES, self.seed, &mut |_| ());
-                }
+                self.bake_some(&by_count, &vec![PILOT_STIPPLES; by_count.len()], |_| ());
                 let mut artist = Artist::new();
-                missing
+                by_count
                     .iter()
                     .map(|&k| artist.stipples_needed(self, k).clamp(PILOT_STIPPLES, MAX_AUTO_STIPPLES))
                     .collect()
             }
         };
-        self.bake_some(&missing, &counts, progress);
+        self.bake_some(&by_count, &counts, |p| progress(share + (1.0 - share) * p));
     }
 
-    /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says. `progress` is called with a share
-    /// 0…1.
+    /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says; a volume with the bake `voxel` gets
+    /// those that this view gives it. `progress` is called with a share 0…1.
     pub fn bake_counts(&mut self, counts: &[usize], progress: impl FnMut(f32)) {
         let all: Vec<usize> = (0..self.objects.len().min(counts.len())).collect();
         self.bake_some(&all, counts, progress);
@@ -312,14 +360,56 @@ impl Scene {
 
     /// Bakes `counts[i]` stipples for object `which[i]`.
     fn bake_some(&mut self, which: &[usize], counts: &[usize], mut progress: impl FnMut(f32)) {
+        if which.is_empty() {
+            return;
+        }
+        let (view, page) = (self.view(), self.page);
         let whole = counts.iter().sum::<usize>().max(1) as f32;
         let mut done = 0.0;
         for (&k, &count) in which.iter().zip(counts) {
             let share = count as f32 / whole;
-            self.objects[k].bake(count, self.seed, &mut |p| progress(done + share * p));
+            self.objects[k].bake(count, self.seed, (&view, &page), &mut |p| progress(done + share * p));
             done += share;
         }
         progress(1.0);
+    }
+
+    /// What is to be said about the stipples of the baked objects in this view: `bake=voxel` where there is no volume
+    /// for it, voxels whose lists had to be shortened, and a scale of more than twice or less than half of that which
+    /// voxels were baked for.
+    pub fn bake_warnings(&self) -> Warnings {
+        let mut warnings = Warnings::new();
+        let scale = reference_scale(&self.view(), &self.page);
+        for object in &self.objects {
+            let (Some(stock), name) = (&object.stock, &object.name) else { continue };
+            let cut = object.source.as_ref().is_some_and(|source| source.cut.is_some());
+            let Some(elements) = &stock.elements else {
+                if object.style.bake == BakeMethod::Voxel && !cut {
+                    warnings.say(format!("{name}: there are no voxels for bake=voxel; its dots lie on its surface"));
+                }
+                continue;
+            };
+            if object.style.bake != BakeMethod::Voxel {
+                warnings.say(format!("{name}: its stipples are those of voxels, from a file without the volume"));
+            } else if !object.style.clip.0.is_empty() {
+                warnings.say(format!("{name}: bake=voxel draws what is clipped too"));
+            }
+            if elements.n_max < elements.wanted {
+                warnings.say(format!(
+                    "{name}: a voxel shows {} stipples instead of {:.0}; a smaller k_max asks for fewer",
+                    elements.n_max, elements.wanted
+                ));
+            }
+            if let Some(of_bake) = elements.reference {
+                let times = scale / of_bake;
+                if !(1.0 / OTHER_SCALE..=OTHER_SCALE).contains(&times) {
+                    warnings.say(format!(
+                        "{name}: its voxels were baked for a picture of another scale (this one is {times:.2} times that)"
+                    ));
+                }
+            }
+        }
+        warnings
     }
 
     /// Bakes what has not been baked and draws one picture. For more than one, keep an [`Artist`].

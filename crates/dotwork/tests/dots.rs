@@ -25,6 +25,7 @@ fn scene() -> Scene {
         raw: Some("2x2x2:u8".into()),
         iso: Some(-0.1),
         series: Some("3".into()),
+        cut: Some(2),
     });
     let mut scene = Scene::of(object);
     scene.scale_bar = Some("0.5um".parse().unwrap());

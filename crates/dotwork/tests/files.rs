@@ -68,7 +68,7 @@ fn a_whole_scene_is_no_surface_and_the_error_names_it() {
     write_drawing(&plate, Format::Svg, &scene.draw(), &scene, &mut Warnings::new()).unwrap();
     for path in [&dots, &plate] {
         let loaded = load(path, &mut Warnings::new()).unwrap();
-        let Err(error) = loaded.into_mesh(&Style::default(), None, &mut Warnings::new()) else {
+        let Err(error) = loaded.into_meshes(&Style::default(), None, &mut Warnings::new()) else {
             panic!("it is no surface")
         };
         assert_eq!(error.to_string(), format!("{}: is a whole scene, not a surface", path.display()));

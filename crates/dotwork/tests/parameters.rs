@@ -3,32 +3,56 @@
 
 use dotwork::ink::{Kind, PARAMS, Param};
 use dotwork::{
-    Artist, Format, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples, Style, Volume,
-    VolumeInput, Warnings, encode_drawing,
+    Artist, Format, Loaded, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples, Style,
+    Volume, VolumeInput, Warnings, encode_drawing,
 };
 
 /// A place to look for the effect of a key: a shape, and settings that bring the effect out.
 struct Setting {
-    shape: fn(&Style) -> RawMesh,
+    shape: fn(&Style) -> Scene,
     camera: &'static str,
+    zoom: f32,
     keys: &'static [(&'static str, &'static str)],
 }
 
-const SETTINGS: &[Setting] = &[
-    Setting { shape: torus, camera: "20,35", keys: &[] },
-    // Tones up to black.
-    Setting { shape: torus, camera: "20,35", keys: &[("base", "1"), ("dot_size", "3px")] },
-    // Back faces: what an open surface shows from within, and what a closed one hides.
-    Setting { shape: tube, camera: "0,60", keys: &[] },
-    Setting { shape: torus, camera: "20,35", keys: &[("visibility", "facing")] },
-    // Near and far, under a uniform tone.
-    Setting { shape: torus, camera: "0,10,1.5", keys: &[("base", "0.3"), ("light", "0")] },
-    Setting { shape: cube, camera: "30,30", keys: &[] },
-    Setting { shape: volume, camera: "30,30", keys: &[] },
+/// The papers' bake and all factors but the one that empties the rest.
+const PAPERS: &[(&str, &str)] = &[
+    ("factors", "papers"),
+    ("bake", "voxel"),
+    ("distance", "1"),
+    ("size_max", "1%"),
+    ("visibility", "through"),
+    ("fade", "off"),
 ];
 
-/// The surface of a volume with a dense core, a speck, noise, and a block that the box cuts off.
-fn volume(style: &Style) -> RawMesh {
+/// As [`PAPERS`], with the factors that are off there.
+const INTERIOR: &[(&str, &str)] = &[
+    ("factors", "papers"),
+    ("bake", "voxel"),
+    ("interior", "true"),
+    ("lighting", "false"),
+    ("visibility", "through"),
+];
+
+const SETTINGS: &[Setting] = &[
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[] },
+    // Tones up to black.
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("base", "1"), ("dot_size", "3px")] },
+    // Back faces: what an open surface shows from within, and what a closed one hides.
+    Setting { shape: tube, camera: "0,60", zoom: 1.0, keys: &[] },
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("visibility", "facing")] },
+    // Near and far, under a uniform tone.
+    Setting { shape: torus, camera: "0,10,1.5", zoom: 1.0, keys: &[("base", "0.3"), ("light", "0")] },
+    Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },
+    Setting { shape: coloured, camera: "20,35", zoom: 1.0, keys: &[] },
+    Setting { shape: volume, camera: "30,30", zoom: 1.0, keys: &[] },
+    // Small, so that voxels hold few stipples.
+    Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: PAPERS },
+    Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: INTERIOR },
+];
+
+/// A volume with a dense core, a speck, noise, and a block that the box cuts off.
+fn volume(style: &Style) -> Scene {
     let at = |x: usize, y: usize, z: usize| {
         let from = |c: [usize; 3]| {
             [x, y, z].iter().zip(c).map(|(a, b)| a.abs_diff(b).pow(2) as f32).sum::<f32>().sqrt()
@@ -55,26 +79,46 @@ fn volume(style: &Style) -> RawMesh {
         source: Source::default(),
         volume,
     };
-    input.surface(style, None, &mut Warnings::new()).unwrap().raw
+    let mut scene = Scene::default();
+    let mut warnings = Warnings::new();
+    for mesh in Loaded::Volume(Box::new(input)).into_meshes(style, None, &mut warnings).unwrap() {
+        let style = mesh.style(style.clone());
+        scene.add(mesh.into_object(style, &mut warnings).unwrap());
+    }
+    scene
 }
 
-fn torus(_: &Style) -> RawMesh {
+fn of(raw: RawMesh, style: &Style) -> Scene {
+    Scene::of(Object::new("o", raw, style.clone(), &mut Warnings::new()).unwrap())
+}
+
+fn ring() -> RawMesh {
     dotwork::mesh::shapes::torus(1.0, 0.4, 48, 24)
 }
 
-fn tube(style: &Style) -> RawMesh {
-    let mut raw = torus(style);
+fn torus(style: &Style) -> Scene {
+    of(ring(), style)
+}
+
+fn coloured(style: &Style) -> Scene {
+    let mut raw = ring();
+    raw.colors = (0..raw.positions.len()).map(|i| [(i % 256) as u8, 90, 7, 255]).collect();
+    of(raw, style)
+}
+
+fn tube(style: &Style) -> Scene {
+    let mut raw = ring();
     // Half of a torus is a tube that is open at both ends.
     let positions = raw.positions.clone();
     raw.triangles.retain(|t| t.iter().all(|&v| positions[v as usize][0] >= -1e-3));
-    raw
+    of(raw, style)
 }
 
-fn cube(_: &Style) -> RawMesh {
+fn cube(style: &Style) -> Scene {
     let positions = (0..8u8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    RawMesh { positions, triangles, polygons: 6, ..RawMesh::default() }
+    of(RawMesh { positions, triangles, polygons: 6, ..RawMesh::default() }, style)
 }
 
 /// The drawing table and the pixels (the bytes of a PNG would differ by the settings it carries).
@@ -83,14 +127,11 @@ fn draw(setting: &Setting, change: Option<(&str, &str)>) -> (Vec<u8>, Vec<u8>) {
     for &(key, value) in setting.keys.iter().chain(change.as_ref()) {
         style.set(key, value).unwrap_or_else(|e| panic!("{e}"));
     }
-    let raw = (setting.shape)(&style);
-    let object = Object::new("o", raw, style, &mut Warnings::new()).unwrap();
-    let mut scene = Scene {
-        page: Page::pixels(160, 160).unwrap(),
-        stipples: Stipples::Count(12_000),
-        ..Scene::of(object)
-    };
+    let mut scene = (setting.shape)(&style);
+    scene.page = Page::pixels(160, 160).unwrap();
+    scene.stipples = Stipples::Count(12_000);
     scene.camera.set_direction(setting.camera).unwrap();
+    scene.camera.zoom = setting.zoom;
     scene.bake(|_| ());
     let drawing = Artist::new().draw(&scene);
     let (mut table, mut raster) = (Vec::new(), Raster::default());
@@ -119,6 +160,9 @@ fn texts(name: &str) -> &'static [&'static str] {
         "window" => &["20,90"],
         "keep" => &["all", "1"],
         "crop" => &["0,0.5,0,1,0,1"],
+        "clip" => &["x>0.5", "x>0.5;z>0.6"],
+        "size_max" => &["2%", "0.3mm"],
+        "gradient_min" => &["0.1", "0.6"],
         _ => panic!("{name} needs values to try"),
     }
 }

@@ -11,8 +11,8 @@ use dotwork_drawing::{Color, Length, Unit};
 
 use values::Value;
 pub use values::{
-    BakeMethod, Crop, Factors, Fade, FeatureChoice, Fraction, Inked, Keep, SilhouetteForm, SizeMax, TwoSided,
-    Visibility, Window,
+    BakeMethod, Clip, Crop, Factors, Fade, FeatureChoice, Fraction, GradientMin, Inked, Keep, SilhouetteForm,
+    SizeMax, TwoSided, Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -151,6 +151,9 @@ style! {
         shadow: f32 = 0.95, UNIT, "ink", "Darkest tone that dots are asked for.", "upper clamp of ink";
         solid: bool = false, Kind::Switch, "", "Lets tones reach full black: the shadow clamp is lifted and dots merge.",
             "upper clamp 1";
+        texture: f32 = 0.0, UNIT, "",
+            "How far the surface's own colours, where it has any, make the tone instead of the light.",
+            "ink + texture * (tone * (1 - luminance) - ink)";
         back: f32 = 0.15, UNIT, "ink", "Additional ink on back faces of open surfaces.", "ink + back where n.E < 0";
     }
     "Dots" {
@@ -199,6 +202,10 @@ style! {
             "How many connected parts of the feature are kept, the largest first; auto drops specks.", "";
         crop: Crop = Crop(None), Kind::Text("none | X0,X1,Y0,Y1,Z0,Z1"), "of the volume's box",
             "The part of the volume that is looked at, in shares 0 to 1 of its sides.", "";
+        clip: Clip = Clip(String::new()), Kind::Text("none | AXIS<SHARE or AXIS>SHARE, joined by ;"), "of the object's box",
+            "Cuts away what satisfies all of these, as in x>0.5;z>0.6: an object is opened, and a volume shows its values \
+             on the cut.",
+            "on a cut, ink = 0.02 + 0.62 u^1.2, u = 1 for the lowest and 0 for the highest 2 % of the values";
     }
     "Papers" {
         factors: Factors = Factors::Sum, Kind::Choice(Factors::WORDS), "",
@@ -236,9 +243,12 @@ style! {
         size_max: SizeMax = SizeMax(None), Kind::Text("off | px, mm or % of the page"), "diameter",
             "Diameter of a dot of the strongest gradient, from which the others follow; off draws all with dot_size.",
             "size = |G| * size_max * T_r * T_d * T_i; Lu et al. 2002, eq 4";
-        k_max: f32 = 1.0, Kind::Number { min: 0.01, max: 16.0 }, "",
-            "Most stipples of a voxel, over the pixels that it covers in the view of the bake.",
+        k_max: f32 = 1.0, Kind::Number { min: 0.01, max: 4.0 }, "",
+            "Most stipples of a voxel, over the pixels that it covers in the view of the bake, of which a page has a thousand.",
             "N_max = k_max * rendered area / (X * Y * Z)^(2/3); Lu et al. 2002, eq 1";
+        gradient_min: GradientMin = GradientMin(None), Kind::Text("auto | SHARE"), "of the strongest gradient",
+            "Gradients that are weaker carry no stipples; auto finds the boundaries from the gradients' histogram.",
+            "Lu et al. 2002, section 4.3";
         slab: f32 = 0.5, Kind::Number { min: 0.0, max: 4.0 }, "voxels",
             "Distance of the two planes between which a voxel's stipples lie.", "Lu et al. 2002, section 4.3";
         fraction: Fraction = Fraction::Probability, Kind::Choice(Fraction::WORDS), "",
@@ -251,6 +261,9 @@ style! {
     "Surface" {
         visibility: Visibility = Visibility::Solid, Kind::Choice(Visibility::WORDS), "",
             "What hides a dot: nothing (through), facing away (facing), or also what lies before it (solid).", "";
+        occlusion: f32 = 1.0, UNIT, "",
+            "With solid: how much a closed form hides what lies within and behind it: 1 all, 0 nothing, 0.2 makes a ghost.",
+            "ink * exp(-k d), d the matter before the place in radii of the scene, k = 8 occlusion / (1 - occlusion)";
         front_angle: f32 = 90.0, Kind::Number { min: 1.0, max: 90.0 }, "degrees",
             "With facing, solid or the papers' lighting: largest angle between the normal and the eye at which dots are drawn.",
             "Lu et al. 2003";

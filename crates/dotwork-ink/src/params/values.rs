@@ -210,6 +210,24 @@ impl Value for SizeMax {
     }
 }
 
+/// How strong a gradient must be to carry stipples, over the strongest; `None` where it follows from the data.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GradientMin(pub Option<f32>);
+
+impl Value for GradientMin {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match (s.trim(), s.trim().parse::<f32>()) {
+            ("auto", _) => Ok(GradientMin(None)),
+            (_, Ok(share)) if (0.0..=1.0).contains(&share) => Ok(GradientMin(Some(share))),
+            _ => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.0.map_or("auto".into(), |share| share.to_string())
+    }
+}
+
 /// Which feature of a volume is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FeatureChoice {
@@ -257,6 +275,11 @@ pub enum Keep {
 /// A part of a volume's box: from and to along each axis, in shares 0…1; `None` is the whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Crop(pub Option<[[f64; 2]; 3]>);
+
+/// What is cut away: conditions on shares of the object's box, joined by `;`; empty for nothing. What they mean is
+/// worked out where the object is known.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Clip(pub String);
 
 /// `N` finite numbers between commas.
 fn numbers<const N: usize>(s: &str) -> Option<[f64; N]> {
@@ -322,6 +345,20 @@ impl Value for Keep {
             Keep::All => "all".into(),
             Keep::Largest(n) => n.to_string(),
         }
+    }
+}
+
+impl Value for Clip {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match s.trim() {
+            "none" => Ok(Clip(String::new())),
+            s if !s.is_empty() && s.len() < 1000 && !s.contains(char::is_control) => Ok(Clip(s.into())),
+            s => refused(s, param),
+        }
+    }
+
+    fn show(&self) -> String {
+        if self.0.is_empty() { "none".into() } else { self.0.clone() }
     }
 }
 

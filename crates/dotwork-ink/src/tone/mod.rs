@@ -24,6 +24,8 @@ pub struct Lit {
     pub relative_depth: f32,
     /// The place is seen from behind.
     pub back: bool,
+    /// The ink of the surface's own colour, if it has one.
+    pub own: Option<f32>,
 }
 
 /// The tone of one style, with its powers tabulated.
@@ -40,6 +42,9 @@ pub struct Tone {
     highlight: f32,
     max: f32,
     back: f32,
+    texture: f32,
+    /// Factor on the surface's own tone.
+    tone: f32,
 }
 
 impl Tone {
@@ -64,6 +69,8 @@ impl Tone {
             highlight: style.highlight,
             max: if style.solid { 1.0 } else { style.shadow },
             back: style.back,
+            texture: style.texture,
+            tone: style.tone,
         }
     }
 
@@ -73,6 +80,9 @@ impl Tone {
         let mut ink = self.base + self.light.at(0.5 * lit.n_dot_l + 0.5) + self.silhouette.at(lit.n_dot_e);
         if lit.back {
             ink += self.back;
+        }
+        if let Some(own) = lit.own {
+            ink += self.texture * (self.tone * own - ink);
         }
         if self.distance != 0.0 {
             ink *= 1.0 - self.distance * if self.distance > 0.0 { lit.z } else { lit.z - 1.0 };
@@ -113,7 +123,7 @@ mod tests {
     use crate::presets::preset;
 
     fn lit(n_dot_l: f32, n_dot_e: f32) -> Lit {
-        Lit { n_dot_l, n_dot_e, z: 0.5, relative_depth: 1.0, back: false }
+        Lit { n_dot_l, n_dot_e, z: 0.5, relative_depth: 1.0, back: false, own: None }
     }
 
     #[test]
@@ -138,7 +148,14 @@ mod tests {
         style.tone = 0.4;
         style.distance = 0.5;
         let at = |style: &Style, z: f32, depth: f32| {
-            Tone::new(style).ink(&Lit { n_dot_l: 0.0, n_dot_e: 1.0, z, relative_depth: depth, back: false })
+            Tone::new(style).ink(&Lit {
+                n_dot_l: 0.0,
+                n_dot_e: 1.0,
+                z,
+                relative_depth: depth,
+                back: false,
+                own: None,
+            })
         };
         assert!((at(&style, 0.0, 1.0) - 0.4).abs() < 1e-6 && (at(&style, 1.0, 1.0) - 0.2).abs() < 1e-6);
         style.distance = -0.5;
@@ -146,6 +163,17 @@ mod tests {
         style.distance = 0.0;
         style.resolution = 0.0;
         assert!((at(&style, 0.5, 1.2) - 0.4 * 1.44).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_surface_s_own_colour_takes_over() {
+        let mut style = Style { tone: 0.5, ..preset("flat").unwrap() };
+        let at = |style: &Style, own| Tone::new(style).ink(&Lit { own, ..lit(0.3, 0.8) });
+        assert_eq!(at(&style, Some(1.0)), 0.5);
+        style.texture = 1.0;
+        assert_eq!((at(&style, Some(0.0)), at(&style, Some(0.5)), at(&style, None)), (0.0, 0.25, 0.5));
+        style.texture = 0.5;
+        assert_eq!(at(&style, Some(0.5)), 0.375);
     }
 
     #[test]

@@ -11,11 +11,13 @@
 //! | `K/triangles`, `K/corner_normals` | three `u32` each; the latter only where normals are split |
 //! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
+//! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
 //!
-//! Places of stipples are not stored: they follow from the bake and the surface. What is read is checked before it is
+//! Places of stipples are not stored: they follow from the bake and the surface, or from the voxels. What is read is checked before it is
 //! used, so that a file made by someone else gives an error at worst.
 
 mod settings;
+mod voxels;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -67,13 +69,13 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
     let mut file = Writer::new();
     file.text("settings", &settings_text(scene));
     let mut surfaces = Vec::new();
-    let baked = scene.objects.iter().filter_map(|o| Some((&o.mesh, &o.stock.as_deref()?.baked)));
-    for (k, (mesh, bake)) in baked.enumerate() {
+    let baked = scene.objects.iter().filter_map(|o| Some((&o.mesh, o.stock.as_deref()?)));
+    for (k, (mesh, stock)) in baked.enumerate() {
+        let bake = &stock.baked;
         let mut surface = Table::new();
         surface.insert("origin".into(), Value::Array(mesh.origin.iter().map(|&v| Value::Float(v)).collect()));
         surface.insert("closed".into(), Value::Boolean(mesh.closed));
         surface.insert("area".into(), Value::Float(bake.area));
-        surfaces.push(Value::Table(surface));
         let section = |what: &str| format!("{k}/{what}");
         file.section_f32(&section("positions"), &flat(&mesh.positions));
         file.section_u32(&section("triangles"), mesh.triangles.as_flattened());
@@ -85,10 +87,15 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
             let colors: Vec<u32> = mesh.colors.iter().map(|&c| u32::from_le_bytes(c)).collect();
             file.section_u32(&section("colors"), &colors);
         }
-        file.section_f32(&section("radius"), &bake.radius);
-        file.section_u64(&section("id"), &bake.id);
-        file.section_u32(&section("element"), &bake.element);
-        file.section_f32(&section("weights"), bake.weights.as_flattened());
+        if let Some(elements) = &stock.elements {
+            surface.insert("voxels".into(), voxels::write(&mut file, k, elements));
+        } else {
+            file.section_f32(&section("radius"), &bake.radius);
+            file.section_u64(&section("id"), &bake.id);
+            file.section_u32(&section("element"), &bake.element);
+            file.section_f32(&section("weights"), bake.weights.as_flattened());
+        }
+        surfaces.push(Value::Table(surface));
     }
     let mut table = Table::new();
     table.insert("object".into(), Value::Array(surfaces));
@@ -179,6 +186,11 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
     let radius = mesh.bounding_sphere().1;
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(broken("its surface has no size"));
+    }
+
+    if let Some(text) = surface.get("voxels") {
+        let stock = voxels::read(file, k, text)?;
+        return Ok((mesh, stock));
     }
 
     let (_, count) = file.describe(&section("radius"))?;

@@ -52,6 +52,9 @@ pub fn settings_text(scene: &Scene) -> String {
             if let Some(iso) = source.iso {
                 table.insert("iso".into(), Value::Float(iso));
             }
+            if let Some(cut) = source.cut {
+                table.insert("cut".into(), Value::Integer(cut.into()));
+            }
         }
         if object.world.space == Space::Patient {
             table.insert("space".into(), Value::String("patient".into()));
@@ -166,8 +169,10 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
         Some(v) => Some(v.as_float().ok_or("object: iso is not a number")?),
     };
     let raw = object.optional("raw")?.map(String::from);
+    let cut = object.table.get("cut").map(|_| object.integer("cut")).transpose()?;
     let series = object.optional("series")?.map(String::from);
-    let source = object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, series, iso });
+    let source =
+        object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, series, iso, cut });
     let space = match object.optional("space")? {
         Some("patient") => Space::Patient,
         _ => Space::Unknown,
@@ -194,7 +199,7 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
 }
 
 /// A float that reads back as the same `f32`, short where it can be.
-fn number(v: f32) -> Value {
+pub(super) fn number(v: f32) -> Value {
     let short = v.to_string().parse::<f64>().ok().filter(|d| *d as f32 == v);
     Value::Float(short.unwrap_or(f64::from(v)))
 }

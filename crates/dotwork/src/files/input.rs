@@ -206,6 +206,7 @@ fn volume(path: &Path, file: VolumeFile, options: &LoadOptions) -> Loaded {
         raw: options.raw.as_ref().map(ToString::to_string),
         series: options.series.clone(),
         iso: None,
+        cut: None,
     };
     Loaded::Volume(Box::new(VolumeInput {
         name: object_name(path),
@@ -236,29 +237,32 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
         Loaded::Scene { scene, .. } => Ok(*scene),
         Loaded::Plate(plate) => plate.scene(warnings),
         loaded => {
-            let mesh = loaded.into_mesh(style, None, warnings)?;
             let mut scene = Scene::default();
-            mesh.turn_camera(&mut scene);
-            scene.add(mesh.into_object(style.clone(), warnings)?);
+            for mesh in loaded.into_meshes(style, None, warnings)? {
+                mesh.turn_camera(&mut scene);
+                let style = mesh.style(style.clone());
+                scene.add(mesh.into_object(style, warnings)?);
+            }
             Ok(scene)
         }
     }
 }
 
 impl Loaded {
-    /// The mesh, or the surface of the volume: where it has the value `iso`, or of the feature that `style` names.
+    /// The mesh, or the surface of the volume: where it has the value `iso`, or of the feature that `style` names;
+    /// after it the faces of the cut, if `style` clips it.
     ///
     /// # Errors
-    /// As [`VolumeInput::surface`]; [`FileError::WholeScene`]: a `.dots` file or a plate.
-    pub fn into_mesh(
+    /// As [`VolumeInput::surface`]; [`FileError::Clip`]; [`FileError::WholeScene`]: a `.dots` file or a plate.
+    pub fn into_meshes(
         self,
         style: &Style,
         iso: Option<f64>,
         warnings: &mut Warnings,
-    ) -> Result<MeshFile, FileError> {
+    ) -> Result<Vec<MeshFile>, FileError> {
         match self {
-            Loaded::Mesh(mesh) => Ok(*mesh),
-            Loaded::Volume(volume) => volume.surface(style, iso, warnings),
+            Loaded::Mesh(mesh) => mesh.clipped(style),
+            Loaded::Volume(volume) => volume.surface(style, iso, warnings)?.clipped(style),
             Loaded::Scene { input, .. } => Err(FileError::WholeScene { input }),
             Loaded::Plate(plate) => {
                 Err(FileError::WholeScene { input: plate.path().to_string_lossy().into_owned() })

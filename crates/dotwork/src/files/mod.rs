@@ -1,5 +1,6 @@
 //! Files in and out: what a scene is read from, and what a drawing is written to.
 
+mod clip;
 mod input;
 mod output;
 mod plate;
@@ -40,6 +41,16 @@ pub enum FileError {
         /// The file.
         input: String,
         /// Why.
+        reason: String,
+    },
+    /// A clip cannot be understood, or leaves nothing.
+    #[error("{}: clip={clip}: {reason}", one_line(input))]
+    Clip {
+        /// The file.
+        input: String,
+        /// The clip.
+        clip: String,
+        /// What is wrong with it.
         reason: String,
     },
     /// A surface is asked for, and the input is a whole scene: a `.dots` file or a plate.

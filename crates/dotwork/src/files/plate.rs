@@ -109,8 +109,11 @@ impl Plate {
                 .transpose()
                 .map_err(|e| error(e.to_string()))?;
             let mut said = Warnings::new();
-            let mesh = load_with(&found, &LoadOptions { raw, series: source.series.clone() }, &mut said)?
-                .into_mesh(&style, source.iso, &mut said)?;
+            let options = LoadOptions { raw, series: source.series.clone() };
+            let parts = load_with(&found, &options, &mut said)?.into_meshes(&style, source.iso, &mut said)?;
+            let Some(mesh) = parts.into_iter().find(|part| part.source.cut == source.cut) else {
+                return Err(error(format!("its object '{name}' is no longer a part of its input")));
+            };
             if mesh.source.checksum != source.checksum {
                 let hex = |c: Option<u64>| c.map_or("none".into(), |c| format!("{c:016x}"));
                 return Err(error(format!(

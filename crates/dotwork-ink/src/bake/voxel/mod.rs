@@ -145,6 +145,7 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
         facet: normal.clone(),
         normal,
         baked,
+        own: Vec::new(),
         elements: Some(Elements {
             position: voxels.position.first(count),
             normal: voxels.normal.first(count),
@@ -152,9 +153,28 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
             magnitude: voxels.magnitude[..count].to_vec(),
             area,
             n_max: settings.n_max.min(length as f32),
+            wanted: settings.n_max,
+            edges: voxels.edges,
+            slab: settings.slab,
+            seed: settings.seed,
             reach: edge,
             reference: settings.reference,
         }),
+    }
+}
+
+impl Elements {
+    /// The voxels and the settings of which [`voxel`] makes the stock that has these elements.
+    pub fn recipe(&self) -> (Voxels, VoxelSettings) {
+        let voxels = Voxels {
+            position: self.position.clone(),
+            normal: self.normal.clone(),
+            magnitude: self.magnitude.clone(),
+            value: self.value.clone(),
+            edges: self.edges,
+        };
+        let Elements { slab, seed, reference, .. } = *self;
+        (voxels, VoxelSettings { n_max: self.wanted, slab, seed, reference })
     }
 }
 

@@ -97,6 +97,7 @@ fn ball(n: usize) -> Elements {
         n_max: 10.0,
         reach: 0.03,
         reference: None,
+        ..Elements::default()
     }
 }
 
