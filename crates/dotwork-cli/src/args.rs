@@ -213,7 +213,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "#rrggbb", help_heading = "Style")]
     pub paper: Option<Color>,
 
-    /// how stipples are placed [default: blue-noise]
+    /// how stipples are placed [default: the style's, blue-noise]
     #[arg(long, value_enum, value_name = "METHOD", help_heading = "Stipples")]
     pub bake: Option<BakeMethod>,
 
@@ -297,6 +297,8 @@ pub enum CsvColumns {
 pub enum BakeMethod {
     /// exact farthest-point order: evenly spread at every tone
     BlueNoise,
+    /// lists of dots in the voxels of a volume (Lu et al. 2002)
+    Voxel,
 }
 
 /// Backends.

@@ -5,7 +5,7 @@ use dotwork::ink::PRESETS;
 use dotwork::volume::Space;
 use dotwork::{Length, LoadOptions, Scene, Stipples, Style, preset, read_style};
 
-use crate::args::{SceneArgs, StyleArgs};
+use crate::args::{BakeMethod, SceneArgs, StyleArgs};
 use crate::report::Failure;
 
 /// Options checked: the style is read, the page can be drawn.
@@ -36,6 +36,11 @@ impl<'a> Options<'a> {
         }
         if let Some(paper) = self.args.paper {
             style.paper = paper;
+        }
+        match self.args.bake {
+            Some(BakeMethod::BlueNoise) => style.bake = dotwork::ink::BakeMethod::BlueNoise,
+            Some(BakeMethod::Voxel) => style.bake = dotwork::ink::BakeMethod::Voxel,
+            None => {}
         }
         style
     }

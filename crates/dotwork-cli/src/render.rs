@@ -33,6 +33,8 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     output::write(&args.output, |w| encode_drawing(w, format, &drawing, &scene, &mut warnings))?;
     report.warn(None, &warnings);
 
+    report.warn(None, &scene.bake_warnings());
+
     if lacking > EXHAUSTED {
         let stipples: usize = scene.objects.iter().filter_map(|o| o.stock.as_ref()).map(|s| s.len()).sum();
         let advice = match scene.stipples {

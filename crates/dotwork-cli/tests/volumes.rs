@@ -63,7 +63,7 @@ fn a_pipe_gives_its_bytes_once() {
 fn the_isosurface_of_a_ball_is_a_sphere() {
     let place = Place::new();
     place.write("ball.raw", ball());
-    place.run("render ball.raw --raw 24x24x24:u8:1,1,2 --iso 128 -o ball.csv --csv full --stipples 3000 --quiet").ok();
+    place.run("render ball.raw --raw 24x24x24:u8:1,1,2 --iso 128 --set smooth=0 -o ball.csv --csv full --stipples 3000 --quiet").ok();
     let t = Table::read(&place.text("ball.csv"));
     let (x, y, z) = (t.numbers("x"), t.numbers("y"), t.numbers("z"));
     let (nx, nz) = (t.numbers("nx"), t.numbers("nz"));
@@ -83,7 +83,15 @@ fn volumes_ask_for_what_they_need() {
     let place = Place::new();
     place.write("ball.nrrd", nrrd("spacings: 1 1 1"));
     place.write("ball.raw", ball());
-    place.run("render ball.nrrd -o x.png").failed(1, &["ball.nrrd", "values from", "--iso"]);
+    place
+        .run("render ball.nrrd -o x.png --set feature=99")
+        .failed(1, &["ball.nrrd", "no feature 99", "1 (outer, at"]);
+    place.run("render ball.nrrd -o x.png --set feature=huge").failed(2, &["feature", "auto | outer"]);
+    place
+        .run("render ball.nrrd -o x.png --set window=900,901")
+        .failed(1, &["ball.nrrd", "window 900 to 901"]);
+    place.run("render ball.nrrd -o x.png --set clip=x>2").failed(1, &["ball.nrrd", "clip=x>2"]);
+    place.run("render ball.nrrd -o x.png --set clip=x>0.5;y<0.5;w").failed(1, &["ball.nrrd", "clip="]);
     place.run("render ball.nrrd -o x.png --iso 300").failed(1, &["ball.nrrd", "no surface at 300"]);
     place
         .run("render ball.nrrd -o x.png --iso 128 --camera anterior")
@@ -131,4 +139,66 @@ fn five_containers_give_the_same_picture() {
         pictures.push([table.words("id"), table.words("x_px"), table.words("y_px")].concat().join(" "));
     }
     assert!(pictures.iter().all(|p| *p == pictures[0]));
+}
+
+#[test]
+fn volumes_without_anything_to_draw_say_so() {
+    let place = Place::new();
+    place.write("flat.raw", [7; 512]);
+    place.run("render flat.raw --raw 8x8x8:u8 -o x.png").failed(1, &["flat.raw", "all values are 7"]);
+    place.write("nan.raw", f32::NAN.to_le_bytes().repeat(512));
+    place.run("render nan.raw --raw 8x8x8:f32 -o x.png").failed(1, &["nan.raw", "finite number"]);
+    place.run("info nan.raw --raw 8x8x8:f32").ok();
+    place.run("info flat.raw --raw 8x8x8:u8 --sheet s.png").failed(1, &["flat.raw", "all values are 7"]);
+    assert_eq!(place.names(), ["flat.raw", "nan.raw"]);
+}
+
+#[test]
+fn a_volume_is_drawn_by_its_feature_and_cut_open() {
+    let place = Place::new();
+    let value = place.run("info demo:shells --json").ok().json();
+    let features = value["features"].as_array().unwrap();
+    assert_eq!(features.len(), 4, "{features:?}");
+    assert!((1..=4).contains(&value["default_feature"].as_u64().unwrap()));
+    place.run("info demo:shells --sheet s.png").ok();
+    assert!(place.names().contains(&"s.png".to_owned()));
+    // The spheres lie in each other: each is smaller than the one before.
+    let radius = |n: usize| {
+        place.draw(&format!(
+            "demo:shells --set feature={n} -o a.csv --csv full --stipples 4000 --ortho --camera front"
+        ));
+        let t = Table::read(&place.text("a.csv"));
+        let x = t.numbers("x");
+        0.5 * (x.iter().copied().fold(f64::MIN, f64::max) - x.iter().copied().fold(f64::MAX, f64::min))
+    };
+    let radii: Vec<f64> = (1..=4).map(radius).collect();
+    assert!(radii.windows(2).all(|w| w[0] > w[1] + 3.0), "{radii:?}");
+    // Cut in the middle: nothing of the object is left on one side, and the cut is an object of its own.
+    place.draw(
+        "demo:shells --set feature=1 --set clip=x>0.5 -o c.csv --csv full --stipples 20000 --camera 60,10",
+    );
+    let t = Table::read(&place.text("c.csv"));
+    let middle = 0.5 * (t.numbers("x").iter().copied().fold(f64::MIN, f64::max) * 2.0);
+    let (x, object) = (t.numbers("x"), t.words("object"));
+    let cut: Vec<f64> = x.iter().zip(&object).filter(|(_, o)| **o == "shells-cut").map(|(x, _)| *x).collect();
+    assert!(cut.len() > 300 && cut.iter().all(|x| (x - middle).abs() < 1e-3), "the cut is plane");
+    assert!(x.iter().all(|x| *x <= middle + 1e-3));
+    assert!(object.contains(&"shells"));
+    // A plate of it is drawn again to the byte.
+    place.draw("demo:shells --set feature=1 --set clip=x>0.5 -o c.svg --camera 60,10");
+    place.draw("c.svg -o again.svg");
+    assert_eq!(place.text("c.svg"), place.text("again.svg"));
+}
+
+#[test]
+fn what_lies_within_a_translucent_body_is_seen() {
+    let place = Place::new();
+    let count = |options: &str| {
+        place.draw(&format!(
+            "demo:vessels -o v.csv --stipples 20000 --set outlines=false --size 300x300 {options}"
+        ));
+        place.text("v.csv").lines().count()
+    };
+    let (opaque, ghost, clear) = (count(""), count("--set occlusion=0.3"), count("--set occlusion=0"));
+    assert!(opaque < ghost && ghost < clear, "{opaque} {ghost} {clear}");
 }

@@ -2,7 +2,7 @@
 
 use dotwork_drawing::{Color, Length};
 
-use crate::params::{BakeMethod, Factors, Fade, Inked, SizeMax, Style, Visibility};
+use crate::params::{BakeMethod, Clip, Factors, Fade, FeatureChoice, Inked, SizeMax, Style, Visibility};
 
 /// A named style.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,37 @@ pub const PRESETS: &[Preset] = &[
         make: engraving,
     },
     Preset { name: "sepia", summary: "Warm brown ink on cream paper, a looser hand.", make: sepia },
+    Preset {
+        name: "bone",
+        summary: "The densest feature of a volume in a hard light: skulls, skeletons.",
+        make: bone,
+    },
+    Preset { name: "skin", summary: "A soft surface without hard shadows: faces, soft tissue.", make: skin },
+    Preset {
+        name: "ghost",
+        summary: "A translucent body: its form, and faintly what lies within.",
+        make: ghost,
+    },
+    Preset {
+        name: "xray",
+        summary: "Every surface that turns away from the eye, through everything before it.",
+        make: xray,
+    },
+    Preset {
+        name: "brain-cutaway",
+        summary: "A quarter cut away, its values on the cut: an MR brain reads only so.",
+        make: brain_cutaway,
+    },
+    Preset {
+        name: "industrial",
+        summary: "Even tones and firm outlines: cast and machined parts.",
+        make: industrial,
+    },
+    Preset {
+        name: "microscopy",
+        summary: "Noise smoothed away, specks dropped, fine dots: confocal stacks and the like.",
+        make: microscopy,
+    },
     Preset {
         name: "flat",
         summary: "For measuring: one uniform tone (--set tone=0.3), every other factor off.",
@@ -120,6 +151,64 @@ fn sepia() -> Style {
     }
 }
 
+fn bone() -> Style {
+    Style {
+        feature: FeatureChoice::Dense,
+        base: 0.0,
+        wrap: 0.15,
+        gamma: 1.8,
+        shadow: 0.97,
+        ..Style::default()
+    }
+}
+
+fn skin() -> Style {
+    Style { smooth: 0.8, wrap: 0.45, gamma: 1.5, dot_size: Length::percent(0.2), ..Style::default() }
+}
+
+fn ghost() -> Style {
+    Style {
+        occlusion: 0.12,
+        base: 0.0,
+        light: 0.5,
+        silhouette: 0.5,
+        silhouette_power: 3.0,
+        ..Style::default()
+    }
+}
+
+fn xray() -> Style {
+    Style {
+        occlusion: 0.05,
+        base: 0.0,
+        light: 0.0,
+        silhouette: 1.0,
+        silhouette_power: 2.0,
+        outlines: false,
+        dot_size: Length::percent(0.18),
+        ..Style::default()
+    }
+}
+
+fn brain_cutaway() -> Style {
+    Style { clip: Clip("x>0.5;z>0.55".into()), dot_size: Length::percent(0.2), ..Style::default() }
+}
+
+fn industrial() -> Style {
+    Style {
+        base: 0.03,
+        wrap: 0.1,
+        gamma: 1.4,
+        silhouette: 0.15,
+        outline: Length::percent(0.26),
+        ..Style::default()
+    }
+}
+
+fn microscopy() -> Style {
+    Style { smooth: 1.5, dot_size: Length::percent(0.18), silhouette: 0.4, ..Style::default() }
+}
+
 fn flat() -> Style {
     Style {
         tone: 0.5,
@@ -146,19 +235,26 @@ fn lambert() -> Style {
     }
 }
 
+/// The papers print values for few of their factors; these give 10 to 20 % of ink on the phantoms.
 fn papers() -> Style {
     Style {
         factors: Factors::Papers,
         bake: BakeMethod::Voxel,
+        k_max: 0.2,
         boundary: true,
+        k_gc: 0.4,
+        k_gs: 1.4,
         silhouette: 1.0,
+        k_sc: 0.35,
+        k_ss: 2.0,
+        k_se: 2.0,
         resolution: 1.0,
         lighting: true,
         distance: 1.0,
         interior: false,
         front_angle: 90.0,
         visibility: Visibility::Through,
-        size_max: SizeMax(Some(Length::percent(0.4))),
+        size_max: SizeMax(Some(Length::percent(0.3))),
         foreshorten: 0.0,
         fade: Fade::Ink,
         grow: 0.0,

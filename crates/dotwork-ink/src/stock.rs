@@ -91,7 +91,7 @@ pub struct Elements {
     pub normal: Vectors,
     /// Value over the value window, 0…1.
     pub value: Vec<f32>,
-    /// Length of the gradient over the largest, 0…1.
+    /// Length of the gradient over a large one, 0…1.
     pub magnitude: Vec<f32>,
     /// Area of the section, object units squared; 0 for elements that carry nothing.
     pub area: Vec<f32>,

@@ -131,7 +131,9 @@ fn read(source: &Source, mutant: &[u8], seed: u32) -> bool {
             let text = format!("{}x6x6:u8:le:1,1,1.5:header=0", source.size / 36).into_bytes();
             let text = if seed.is_multiple_of(2) { text } else { mutate::mutate(&text, seed) };
             match String::from_utf8_lossy(&text).parse::<RawLayout>() {
-                Ok(layout) => volume(&VolumeOptions { raw: Some(layout), ..VolumeOptions::default() }, &mut warnings),
+                Ok(layout) => {
+                    volume(&VolumeOptions { raw: Some(layout), ..VolumeOptions::default() }, &mut warnings)
+                }
                 Err(_) => return false,
             }
         }

@@ -261,7 +261,8 @@ fn pairs_are_read_by_either_name_and_summed_alike() {
 #[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
 fn raw_samples_are_read_by_option() {
     let (head, _) = read("headmr.mhd");
-    let options = |layout: &str| VolumeOptions { raw: Some(layout.parse().unwrap()), ..VolumeOptions::default() };
+    let options =
+        |layout: &str| VolumeOptions { raw: Some(layout.parse().unwrap()), ..VolumeOptions::default() };
     let mut warnings = Warnings::new();
     let raw = read_volume(&path("volumes/headmr.raw"), &options("48x62x42:u8:4,4,4"), &mut warnings).unwrap();
     assert_eq!(raw.volume, head.volume);

@@ -8,9 +8,7 @@ mod volume_common;
 use std::path::{Path, PathBuf};
 
 use dotwork_drawing::Warnings;
-use dotwork_io::volume::{
-    VolumeFile, VolumeFormat, VolumeOptions, read_volume, volume_format_of,
-};
+use dotwork_io::volume::{VolumeFile, VolumeFormat, VolumeOptions, read_volume, volume_format_of};
 use dotwork_io::{ReadError, checksum};
 use dotwork_volume::{SampleType, Samples, Scaling, Space, Unit};
 use volume_common::{close, columns, fact, gzip, numbers, read, read_among, read_quietly, refusal};
@@ -32,7 +30,11 @@ fn read_path(path: &Path) -> (Result<VolumeFile, ReadError>, Vec<String>) {
 
 fn series_of(path: &Path, series: &str) -> (Result<VolumeFile, ReadError>, Vec<String>) {
     let mut warnings = Warnings::new();
-    let read = read_volume(path, &VolumeOptions { series: Some(series.into()), ..VolumeOptions::default() }, &mut warnings);
+    let read = read_volume(
+        path,
+        &VolumeOptions { series: Some(series.into()), ..VolumeOptions::default() },
+        &mut warnings,
+    );
     (read, warnings.iter().map(ToString::to_string).collect())
 }
 

@@ -311,7 +311,8 @@ fn other_vtk_files_are_refused_by_name() {
 fn raw_samples_must_fit() {
     let read_raw = |layout: &str, bytes: &[u8]| {
         let raw: RawLayout = layout.parse().unwrap();
-        let (read, warnings) = read_among("a.raw", bytes, &[], &VolumeOptions { raw: Some(raw), ..VolumeOptions::default() });
+        let (read, warnings) =
+            read_among("a.raw", bytes, &[], &VolumeOptions { raw: Some(raw), ..VolumeOptions::default() });
         assert_eq!(warnings, [""; 0]);
         read.map_err(|e| e.to_string())
     };

@@ -212,13 +212,7 @@ impl Object {
     }
 
     /// Bakes `count` stipples, or those of the voxels of its volume, whose number follows from view and page.
-    fn bake(
-        &mut self,
-        count: usize,
-        seed: u32,
-        (view, page): (&View, &Page),
-        progress: &mut dyn FnMut(f32),
-    ) {
+    fn bake(&mut self, count: usize, seed: u32, (view, page): (&View, &Page), progress: &mut dyn FnMut(f32)) {
         if let Some(volume) = self.volume.as_ref().filter(|_| self.by_voxels()) {
             let ask = voxels::Ask { origin: self.mesh.origin, style: &self.style, view, page, seed };
             if let Some(stock) = voxels::bake(volume, &ask, progress) {
@@ -385,12 +379,15 @@ impl Scene {
             let cut = object.source.as_ref().is_some_and(|source| source.cut.is_some());
             let Some(elements) = &stock.elements else {
                 if object.style.bake == BakeMethod::Voxel && !cut {
-                    warnings.say(format!("{name}: there are no voxels for bake=voxel; its dots lie on its surface"));
+                    warnings.say(format!(
+                        "{name}: there are no voxels for bake=voxel; its dots lie on its surface"
+                    ));
                 }
                 continue;
             };
             if object.style.bake != BakeMethod::Voxel {
-                warnings.say(format!("{name}: its stipples are those of voxels, from a file without the volume"));
+                warnings
+                    .say(format!("{name}: its stipples are those of voxels, from a file without the volume"));
             } else if !object.style.clip.0.is_empty() {
                 warnings.say(format!("{name}: bake=voxel draws what is clipped too"));
             }

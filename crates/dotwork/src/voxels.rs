@@ -20,6 +20,9 @@ use glam::{DVec3, Vec3};
 /// Pixels across the page's shorter side.
 const PAGE: f32 = 1000.0;
 
+/// Share of the voxels with stipples whose gradients are weaker than what counts as 1.
+const STRONG: f64 = 0.98;
+
 /// What a voxel bake depends on besides the volume.
 pub(crate) struct Ask<'a> {
     /// Coordinates are relative to this.
@@ -85,11 +88,8 @@ fn filter(volume: &Volume, factor: usize) -> Option<Volume> {
     }
     let affine = volume.affine();
     let middle = (factor - 1) as f64 / 2.0;
-    let affine = Affine {
-        linear: affine.linear * factor as f64,
-        origin: affine.point([middle; 3]),
-        ..*affine
-    };
+    let affine =
+        Affine { linear: affine.linear * factor as f64, origin: affine.point([middle; 3]), ..*affine };
     Volume::new(small, Samples::F32(out), Scaling::default(), affine).ok()
 }
 
@@ -120,11 +120,7 @@ fn boundaries(volume: &Volume, range: [f64; 2], share: Option<f32>, origin: [f64
         Some(share) => share * longest(&layers(&regression, nz, nx, f32::INFINITY, None)),
     };
     let layers = layers(&regression, nz, nx, least, mask.as_ref());
-    let strongest = longest(&layers);
-    let count = layers.iter().map(|layer| layer.index.len()).sum::<usize>();
-    if count == 0 {
-        return None;
-    }
+    let strongest = strong(layers.iter().flat_map(|layer| &layer.length).copied().collect())?;
 
     let (affine, origin) = (volume.affine(), DVec3::from_array(origin));
     let mut voxels = Voxels { edges: edges(affine), ..Voxels::default() };
@@ -147,22 +143,23 @@ fn boundaries(volume: &Volume, range: [f64; 2], share: Option<f32>, origin: [f64
     Some(voxels)
 }
 
+/// The length that counts as 1: not the longest, which may be one edge of metal, but that which few pass; `None` if
+/// there are none.
+fn strong(mut lengths: Vec<f32>) -> Option<f32> {
+    let at = ((lengths.len() as f64 * STRONG) as usize).min(lengths.len().checked_sub(1)?);
+    Some(*lengths.select_nth_unstable_by(at, f32::total_cmp).1)
+}
+
 /// The voxels that the threshold found in the histogram keeps, pieces of all sizes where there are no large ones;
 /// `None`: all with a gradient.
 fn hysteresis(regression: &Regression<'_>) -> Option<Mask> {
     let threshold = regression.threshold()?;
-    [MIN_PIECE, 0].into_iter().find_map(|piece| {
-        regression.boundaries(threshold, piece).ok().filter(|mask| mask.count() > 0)
-    })
+    [MIN_PIECE, 0]
+        .into_iter()
+        .find_map(|piece| regression.boundaries(threshold, piece).ok().filter(|mask| mask.count() > 0))
 }
 
-fn layers(
-    regression: &Regression<'_>,
-    nz: usize,
-    nx: usize,
-    least: f32,
-    mask: Option<&Mask>,
-) -> Vec<Layer> {
+fn layers(regression: &Regression<'_>, nz: usize, nx: usize, least: f32, mask: Option<&Mask>) -> Vec<Layer> {
     let row = |layer: &mut Layer, row: RegressionRow<'_>| {
         let Layer { index, value, length, gradient, longest, lengths } = layer;
         regression.magnitudes(&row, lengths);

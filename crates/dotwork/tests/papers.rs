@@ -30,14 +30,16 @@ fn shells(style: Style) -> Scene {
     let mut warnings = Warnings::new();
     let meshes = Loaded::Volume(Box::new(input)).into_meshes(&style, None, &mut warnings).unwrap();
     let mut scene = Scene { page: page(), ..Scene::default() };
+    scene.camera.zoom = 0.5;
     for mesh in meshes {
         scene.add(mesh.into_object(style.clone(), &mut warnings).unwrap());
     }
     scene
 }
 
+/// The preset, with few stipples.
 fn papers() -> Style {
-    preset("papers").unwrap()
+    Style { k_max: 0.1, ..preset("papers").unwrap() }
 }
 
 fn baked(style: Style) -> Scene {
@@ -81,15 +83,19 @@ fn every_shell_is_drawn_and_nothing_else() {
     assert!(places.len() > 2000, "{}", places.len());
     let mut shelled = 0;
     for (radius, _) in phantom::SHELLS {
-        let count = near(&places, radius as f32, reach);
+        let count = near(&places, radius, reach);
         assert!(count > 100, "{count} dots about the shell of radius {radius}");
         shelled += count;
     }
-    assert!(shelled >= places.len(), "dots lie between the shells: {shelled} of {}", places.len());
+    assert!(
+        shelled >= places.len() - places.len() / 100,
+        "dots lie between the shells: {shelled} of {}",
+        places.len()
+    );
 
     // In the projection of the largest.
     let view = scene.view();
-    let largest = phantom::SHELLS.iter().map(|s| s.0 as f32).fold(0.0, f32::max) + reach;
+    let largest = phantom::SHELLS.iter().map(|s| s.0).fold(0.0, f32::max) + reach;
     let scale = view.px_per_unit(view.distance - largest);
     for layer in &draw(&scene).layers {
         for (x, y) in layer.dots.x.iter().zip(&layer.dots.y) {
@@ -102,8 +108,10 @@ fn every_shell_is_drawn_and_nothing_else() {
     solid.visibility = Visibility::Solid;
     let scene = baked(solid);
     let places = self::places(&scene);
-    let outer = phantom::SHELLS.iter().map(|s| s.0 as f32).fold(0.0, f32::max);
-    assert!(near(&places, outer, reach) > 500);
+    let outer = phantom::SHELLS.iter().map(|s| s.0).fold(0.0, f32::max);
+    assert!(near(&places, outer, reach) > 100);
+    // What lies within is hidden.
+    assert!(near(&places, outer, reach) > places.len() - places.len() / 50, "{}", places.len());
 }
 
 #[test]
@@ -140,7 +148,7 @@ fn the_bake_depends_neither_on_the_side_seen_nor_on_the_page_s_pixels() {
 
     // Nearer, voxels are finer, up to those of the volume.
     let mut near = shells(papers());
-    near.camera.zoom = 2.0;
+    near.camera.zoom = 1.0;
     near.bake(|_| ());
     let near = stock(&near).elements.as_ref().unwrap();
     assert!(near.len() > 2 * a.len() && near.reach < 0.6 * a.reach, "{} {}", near.len(), a.len());
@@ -152,6 +160,7 @@ fn a_plate_is_drawn_again() {
     let mut scene = open("demo:shells", &style, &mut Warnings::new()).unwrap();
     scene.page = page();
     scene.camera.set_direction("30,20").unwrap();
+    scene.camera.zoom = 0.5;
     scene.bake(|_| ());
     let first = bytes(&scene, Format::Png);
     let folder = tempfile::tempdir().unwrap();
@@ -181,6 +190,7 @@ fn restyling_drops_the_bake_that_is_no_longer_the_style_s() {
     }
     // The next bake gives what a fresh one gives.
     let mut again = Scene { objects: vec![restyled("k_max", "0.07")], page: page(), ..Scene::default() };
+    again.camera.zoom = 0.5;
     again.bake(|_| ());
     let mut style = papers();
     style.k_max = 0.07;
@@ -235,16 +245,15 @@ fn a_dots_file_gives_the_bytes_of_its_source() {
 
 #[test]
 fn what_is_doubtful_is_said() {
-    let said = |scene: &Scene| {
-        scene.bake_warnings().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-    };
+    let said =
+        |scene: &Scene| scene.bake_warnings().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     let mut scene = baked(papers());
     assert_eq!(said(&scene), "");
-    scene.camera.zoom = 1.8;
+    scene.camera.zoom = 0.9;
     assert_eq!(said(&scene), "");
-    scene.camera.zoom = 2.5;
+    scene.camera.zoom = 1.25;
     assert!(said(&scene).contains("2.50 times"), "{}", said(&scene));
-    scene.camera.zoom = 0.4;
+    scene.camera.zoom = 0.2;
     assert!(said(&scene).contains("0.40 times"), "{}", said(&scene));
 
     let raw = dotwork::mesh::shapes::demo("torus").unwrap();

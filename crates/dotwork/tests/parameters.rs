@@ -46,6 +46,8 @@ const SETTINGS: &[Setting] = &[
     Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },
     Setting { shape: coloured, camera: "20,35", zoom: 1.0, keys: &[] },
     Setting { shape: volume, camera: "30,30", zoom: 1.0, keys: &[] },
+    // Short outlines.
+    Setting { shape: torus, camera: "20,35", zoom: 0.1, keys: &[] },
     // Small, so that voxels hold few stipples.
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: PAPERS },
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: INTERIOR },
@@ -147,7 +149,7 @@ fn values(param: &Param) -> Vec<String> {
         Kind::Switch => vec!["true".into(), "false".into()],
         Kind::Choice(words) => words.iter().map(|w| w.to_string()).collect(),
         Kind::Color => vec!["#804020".into()],
-        Kind::Length => vec!["2.5px".into(), "60px".into()],
+        Kind::Length => vec!["30px".into(), "60px".into()],
         Kind::Text(_) => texts(param.name).iter().map(|w| w.to_string()).collect(),
     };
     all.into_iter().filter(|v| *v != param.default()).collect()
@@ -180,7 +182,12 @@ fn every_key_changes_a_drawing() {
         assert!(!values.is_empty(), "{}", param.name);
         for value in values {
             let change = Some((param.name, value.as_str()));
-            if !SETTINGS.iter().zip(&before).any(|(s, before)| draw(s, change) != *before) {
+            let mut places: Vec<_> = SETTINGS.iter().zip(&before).collect();
+            if param.group == "Papers" {
+                // Theirs come last.
+                places.reverse();
+            }
+            if !places.into_iter().any(|(s, before)| draw(s, change) != *before) {
                 idle.push(format!("{}={value}", param.name));
             }
         }

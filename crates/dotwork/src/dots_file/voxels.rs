@@ -79,9 +79,8 @@ pub(super) fn read(file: &Reader, k: usize, text: &Value) -> Result<Stock, DotsE
         value: file.f32s(&section("values"))?,
         edges,
     };
-    let within = |v: &Vectors, max: f32| {
-        [&v.x, &v.y, &v.z].into_iter().all(|v| v.par_iter().all(|v| v.abs() <= max))
-    };
+    let within =
+        |v: &Vectors, max: f32| [&v.x, &v.y, &v.z].into_iter().all(|v| v.par_iter().all(|v| v.abs() <= max));
     if !within(&voxels.position, MAX_COORDINATE) {
         return Err(broken("a voxel's place is not a number of reasonable size"));
     }

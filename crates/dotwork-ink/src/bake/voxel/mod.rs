@@ -39,7 +39,7 @@ pub struct Voxels {
     pub position: Vectors,
     /// Unit normals: against the gradient for what is bright in a dark surround.
     pub normal: Vectors,
-    /// Length of the gradient over the largest of the volume, 0…1.
+    /// Length of the gradient over a large one of the volume, 0…1.
     pub magnitude: Vec<f32>,
     /// Value over the value window, 0…1.
     pub value: Vec<f32>,
