@@ -488,7 +488,7 @@ fn slices_make_the_mesh_that_build_makes() {
 
 #[test]
 fn what_is_oriented_already_stays_as_it_is() {
-    let mut raw = dotwork_mesh::shapes::demo("sphere").unwrap();
+    let mut raw = shapes::demo("sphere").unwrap();
     raw.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let build = |orient: bool| {
         let options = MeshOptions { orient, ..MeshOptions::default() };
