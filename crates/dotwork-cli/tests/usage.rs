@@ -22,7 +22,7 @@ fn bad_options_are_usage_errors() {
         ("--set tone=2", "0 to 1"),
         ("--set gama=2", "did you mean 'gamma'"),
         ("--style nope", "the styles are soft"),
-        ("--bake voxel", "blue-noise"),
+        ("--bake splats", "blue-noise"),
         ("--stipples 0", "auto"),
         ("--stipples some", "auto"),
         ("--backend gpu", "auto, cpu"),

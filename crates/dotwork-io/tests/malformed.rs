@@ -60,7 +60,7 @@ fn other_formats_are_named() {
     let none = |begins: &str| format!("is none of PLY, OBJ, STL, OFF and glTF (begins with {begins})");
     for (name, content, expected) in [
         ("x", &b"NRRD0004\n"[..], "is an NRRD volume, not a mesh".into()),
-        ("x", &dicom, not_yet("a DICOM file")),
+        ("x", &dicom, "is a DICOM file, not a mesh".into()),
         ("x", &nifti, "is a NIfTI volume, not a mesh".into()),
         ("x.mhd", b"NDims = 3\n", "is a MetaImage volume, not a mesh".into()),
         ("x", b"II*\0\x08\0\0\0", "is a TIFF image, not a mesh".into()),
