@@ -62,7 +62,7 @@ pub enum Command {
     Info(InfoArgs),
     /// list the styles, or every key of one
     Styles(StylesArgs),
-    /// write a built-in shape to a mesh file, or list them
+    /// write a built-in shape or volume to a file, or list them
     Demo(DemoArgs),
     /// measure the speed of this machine
     Bench(BenchArgs),
@@ -171,7 +171,7 @@ pub struct InputArgs {
     pub series: Option<String>,
 
     /// draw the surface in a volume where its value is V; dotwork info shows the
-    /// values [default: none, volumes need it]
+    /// values [default: that of a feature, see --set feature]
     #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = parse_iso, help_heading = "Input")]
     pub iso: Option<f64>,
 }
@@ -372,12 +372,12 @@ Examples:
   dotwork demo teapot -o teapot.ply
   dotwork render demo:teapot -o teapot.png")]
 pub struct DemoArgs {
-    /// the shape [default: list them]
+    /// the shape or volume [default: list them]
     #[arg(requires = "output")]
     pub name: Option<String>,
 
-    /// the mesh file to write: .ply or .obj
-    #[arg(short, long, value_name = "FILE.ply|FILE.obj", requires = "name")]
+    /// the file to write: .ply or .obj for a shape, .nrrd for a volume
+    #[arg(short, long, value_name = "FILE", requires = "name")]
     pub output: Option<PathBuf>,
 }
 

@@ -150,7 +150,13 @@ fn volumes_without_anything_to_draw_say_so() {
     place.run("render nan.raw --raw 8x8x8:f32 -o x.png").failed(1, &["nan.raw", "finite number"]);
     place.run("info nan.raw --raw 8x8x8:f32").ok();
     place.run("info flat.raw --raw 8x8x8:u8 --sheet s.png").failed(1, &["flat.raw", "all values are 7"]);
+    place.run("info flat.raw --raw 8x8x8:u8 --sheet s.jpg").failed(2, &["s.jpg", ".png"]);
+    place.run("info demo:torus --sheet s.png").failed(2, &["demo:torus", "only volumes"]);
     assert_eq!(place.names(), ["flat.raw", "nan.raw"]);
+    // A contact sheet never takes the place of its volume.
+    place.write("v.png", nrrd("spacings: 1 1 1"));
+    place.run("info v.png --sheet v.png").failed(2, &["v.png", "overwrite"]);
+    assert_eq!(place.read("v.png"), nrrd("spacings: 1 1 1"));
 }
 
 #[test]

@@ -21,9 +21,22 @@ use crate::words::{grouped, list, number};
 
 /// Describes an input.
 pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
+    if let Some(sheet) = &args.sheet {
+        if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            let sheet = sheet.display();
+            return Err(Failure::Usage(format!(
+                "{sheet}: a contact sheet is written to a file that ends in .png"
+            )));
+        }
+        output::check(sheet, std::slice::from_ref(&args.input))?;
+    }
     let mut warnings = Warnings::new();
     let options = LoadOptions { raw: args.raw.clone(), series: args.series.clone() };
     let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
+        Loaded::Mesh(_) | Loaded::Scene { .. } | Loaded::Plate(_) if args.sheet.is_some() => {
+            let input = args.input.display();
+            return Err(Failure::Usage(format!("{input}: only volumes have features for a contact sheet")));
+        }
         Loaded::Mesh(file) => {
             let (format, facts) = (file.format.clone(), file.facts.clone());
             let found = InFile::of(&file.raw);
