@@ -7,8 +7,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use dotwork::io::transfer::{transfer_from_bytes, write_transfer};
 use dotwork::io::volume::{
-    RawLayout, VolumeFile, VolumeFormat, VolumeOptions, read_volume_bytes, volume_format_of,
+    RawLayout, VolumeFile, VolumeFormat, VolumeOptions, label_table_from_bytes, read_volume_bytes,
+    volume_format_of,
 };
 use dotwork::io::{ReadError, ReadErrorKind, dots, mesh_facts, mesh_format_name, read_mesh_bytes};
 use dotwork::mesh::MeshOptions;
@@ -206,7 +208,7 @@ fn mend(bytes: &mut [u8]) -> Option<()> {
 }
 
 /// The sections that a `.dots` file of one or two objects has.
-const SECTIONS: [&str; 20] = [
+const SECTIONS: [&str; 28] = [
     "settings",
     "surfaces",
     "0/positions",
@@ -218,6 +220,14 @@ const SECTIONS: [&str; 20] = [
     "0/id",
     "0/element",
     "0/weights",
+    "0/voxels/positions",
+    "0/voxels/normals",
+    "0/voxels/magnitudes",
+    "0/voxels/values",
+    "0/curves/voxels",
+    "0/curves/normals",
+    "0/curves/magnitudes",
+    "0/curves/laplacians",
     "1/positions",
     "1/triangles",
     "1/normals",
@@ -264,6 +274,41 @@ pub fn style(data: &[u8]) {
                 let mut same = file.style.clone();
                 same.set(param.name, &param.get(&file.style)).expect("what a style says of itself");
             }
+        }
+        Err(e) => one_line(&e.to_string()),
+    }
+}
+
+/// A scene file, without the files that it names.
+pub fn scene(data: &[u8]) {
+    match dotwork::read_scene_file(file("toml", data)) {
+        Ok(scene) => {
+            // Its settings fit a scene without objects, or say why not.
+            if let Err(e) = scene.settings.apply(&mut dotwork::Scene::default()) {
+                one_line(&e.to_string());
+            }
+            scene.objects.iter().for_each(|o| drop(o.own_style()));
+        }
+        Err(e) => one_line(&e.to_string()),
+    }
+}
+
+/// A table of labels, or a transfer function, which is written and read again.
+pub fn tables(data: &[u8]) {
+    let name = Path::new("x.txt");
+    let mut warnings = Warnings::new();
+    match label_table_from_bytes(name, data, &mut warnings) {
+        Ok(table) => assert!(table.entries.iter().all(|e| table.find(e.value).is_some())),
+        Err(e) => one_line(&e.to_string()),
+    }
+    warnings.iter().for_each(|w| one_line(&w.to_string()));
+    match transfer_from_bytes(name, data, None) {
+        Ok(found) => {
+            let mut again = Vec::new();
+            write_transfer(&found, &mut again).expect("a vector takes all");
+            let read = transfer_from_bytes(name, &again, None).expect("what was written");
+            assert_eq!(read.function.opacity.len(), found.function.opacity.len());
+            assert!(found.function.surfaces().iter().all(|s| s.value.is_finite()));
         }
         Err(e) => one_line(&e.to_string()),
     }

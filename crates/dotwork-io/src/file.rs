@@ -24,6 +24,21 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     read_bytes(path).map_err(|kind| ReadError { path: path.to_path_buf(), kind })
 }
 
+/// Reads a file that another one names, as [`read_file`]. It must be a regular file: a pipe or device would block or
+/// never end.
+///
+/// # Errors
+/// As [`read_file`]; a pipe or device.
+pub fn read_regular_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    match std::fs::metadata(path) {
+        Ok(found) if !found.is_file() && !found.is_dir() => {
+            let kind = ReadErrorKind::Io(io::Error::other("is no regular file"));
+            Err(ReadError { path: path.to_path_buf(), kind })
+        }
+        _ => read_file(path),
+    }
+}
+
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadErrorKind> {
     let from_io = |e: io::Error| match e.kind() {
         io::ErrorKind::NotFound => ReadErrorKind::Missing,
@@ -140,12 +155,26 @@ fn parse(
         return Err(ReadErrorKind::Empty);
     }
     let file_length = bytes.len();
-    let bytes = unpacked(bytes, warnings, |start| look(name, start, file_length))?;
-    match sniff(name, &bytes, true) {
-        Sniffed::Mesh(format) => read_format(format, name, &bytes, file_length, sum, warnings),
+    let bytes = &unpacked(bytes, warnings, |start| look(name, start, file_length))?;
+    match sniff(name, bytes, true) {
+        Sniffed::Mesh(format) => read_format(format, Input { name, bytes, file_length }, sum, warnings),
         Sniffed::Other(error) => Err(error),
         Sniffed::Undecided => Err(ReadErrorKind::NoFaces),
     }
+}
+
+/// What a reader is given.
+#[cfg_attr(
+    not(feature = "gltf"),
+    allow(dead_code, reason = "only glTF looks for other files, and measures what it draws by its own")
+)]
+pub(crate) struct Input<'a> {
+    /// The path of the file.
+    pub(crate) name: &'a Path,
+    /// Its bytes, unpacked.
+    pub(crate) bytes: &'a [u8],
+    /// How long it is, gzipped if it is.
+    pub(crate) file_length: usize,
 }
 
 /// Refuses the beginning of what `packed` bytes hold, if it is no mesh or declares more than could follow.
@@ -168,23 +197,21 @@ fn look(name: &Path, start: &[u8], packed: usize) -> Result<(), ReadErrorKind> {
 )]
 fn read_format(
     format: MeshFormat,
-    name: &Path,
-    bytes: &[u8],
-    file_length: usize,
+    input: Input,
     sum: &mut Checksum,
     warnings: &mut Warnings,
 ) -> Result<RawMesh, ReadErrorKind> {
     match format {
         #[cfg(feature = "ply")]
-        MeshFormat::Ply => crate::ply::read(bytes, warnings),
+        MeshFormat::Ply => crate::ply::read(input.bytes, warnings),
         #[cfg(feature = "obj")]
-        MeshFormat::Obj => crate::obj::read(bytes, warnings),
+        MeshFormat::Obj => crate::obj::read(input.bytes, warnings),
         #[cfg(feature = "stl")]
-        MeshFormat::Stl => crate::stl::read(bytes, warnings),
+        MeshFormat::Stl => crate::stl::read(input.bytes, warnings),
         #[cfg(feature = "off")]
-        MeshFormat::Off => crate::off::read(bytes, warnings),
+        MeshFormat::Off => crate::off::read(input.bytes, warnings),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(name, bytes, file_length, sum, warnings),
+        MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(input, sum, warnings),
         #[allow(unreachable_patterns, reason = "with every feature on")]
         _ => Err(ReadErrorKind::NotReadYet(match format {
             MeshFormat::Ply => "a PLY file",

@@ -28,8 +28,12 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
 
 /// How far `packed` bytes may unpack.
 pub(crate) fn limit(packed: usize) -> u64 {
-    let packed = packed as u64;
-    (packed.saturating_mul(RATIO_LIMIT)).clamp(SMALLEST_LIMIT, LARGEST_LIMIT)
+    limit_of(packed, SMALLEST_LIMIT)
+}
+
+/// As [`limit`], with another limit for what is small.
+pub(crate) fn limit_of(packed: usize, smallest: u64) -> u64 {
+    (packed as u64).saturating_mul(RATIO_LIMIT).clamp(smallest, LARGEST_LIMIT)
 }
 
 /// Unpacks all members of gzip data; `look` sees the first [`PREFIX`] bytes, if there are so many, and may refuse.

@@ -5,6 +5,7 @@
 //!   [`read_mesh_bytes`] are its two halves, for a caller that also wants the [`checksum`] of the file;
 //!   [`mesh_format_name`] says in words what the file is.
 //! * [`volume`] reads volumes: NRRD, NIfTI, MetaImage, legacy VTK, TIFF stacks, raw samples by option.
+//! * [`transfer`] reads and writes transfer functions.
 //! * [`write_ply`] and [`write_obj`] write what the readers read back unchanged.
 //! * [`dots`] packs named arrays into one checked, compressed file.
 //!
@@ -57,12 +58,14 @@ mod stl;
     allow(dead_code, reason = "each reader uses its share")
 )]
 mod text;
+#[cfg(feature = "transfer")]
+pub mod transfer;
 #[cfg(feature = "volume")]
 pub mod volume;
 mod write;
 
 pub use checksum::checksum;
 pub use error::{Place, ReadError, ReadErrorKind};
-pub use file::{mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked};
+pub use file::{mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked, read_regular_file};
 pub use format::{MeshFormat, mesh_format_name, mesh_format_of, mesh_formats};
 pub use write::{write_obj, write_ply};

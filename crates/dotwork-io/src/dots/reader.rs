@@ -10,6 +10,9 @@ use crate::checksum::checksum;
 use crate::error::quote;
 use crate::gzip;
 
+/// What a file of any size may unpack to: less than a mesh file, as what is read becomes four times that in a scene.
+const SMALLEST_LIMIT: u64 = 32 << 20;
+
 /// An opened `.dots` file whose checksums all hold; sections are unpacked when they are asked for.
 #[derive(Debug)]
 pub struct Reader {
@@ -49,6 +52,11 @@ impl Reader {
             Ok(sections) => Ok(Reader { path: name.to_path_buf(), bytes, sections }),
             Err(kind) => Err(DotsError { path: name.to_path_buf(), kind }),
         }
+    }
+
+    /// Bytes of the file.
+    pub fn length(&self) -> usize {
+        self.bytes.len()
     }
 
     /// The names of the sections, in the order in which they were written.
@@ -205,7 +213,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<Section>, DotsErrorKind> {
         return Err(invalid("its table is longer than its sections"));
     }
     let unpacked = sections.iter().fold(0u64, |sum, s| sum.saturating_add(s.raw_length));
-    let limit = gzip::limit(bytes.len());
+    let limit = gzip::limit_of(bytes.len(), SMALLEST_LIMIT);
     if unpacked > limit {
         return Err(invalid(&format!(
             "it unpacks to {unpacked} bytes, more than the {} MiB of any scene of its size",

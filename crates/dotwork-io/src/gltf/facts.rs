@@ -1,13 +1,11 @@
 //! What a glTF file holds besides the mesh that is read from it: for people who ask what is in a file.
 
-use std::fmt;
-use std::marker::PhantomData;
-
 use dotwork_drawing::Warnings;
 use serde::Deserialize;
-use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{Deserializer, IgnoredAny};
 
 use super::container;
+use super::json::{each_item, limited};
 use crate::error::one_line;
 
 /// Names and numbers shown of a list at most.
@@ -24,12 +22,14 @@ struct Counted {
     asset: Asset,
     scenes: Vec<IgnoredAny>,
     nodes: Vec<IgnoredAny>,
+    #[serde(deserialize_with = "limited")]
     meshes: Vec<Mesh>,
     materials: Vec<IgnoredAny>,
     images: Vec<IgnoredAny>,
     cameras: Vec<IgnoredAny>,
     skins: Beginning<Skin>,
     animations: Beginning<Animation>,
+    #[serde(deserialize_with = "limited")]
     accessors: Vec<Accessor>,
     extensions_used: Beginning<String>,
 }
@@ -45,7 +45,7 @@ struct Asset {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 struct Mesh {
-    primitives: Vec<Primitive>,
+    primitives: Primitives,
 }
 
 #[derive(Deserialize, Default)]
@@ -64,6 +64,7 @@ struct Skin {
 #[serde(default)]
 struct Animation {
     name: String,
+    #[serde(deserialize_with = "limited")]
     samplers: Vec<Sampler>,
 }
 
@@ -93,28 +94,34 @@ impl<T> Default for Beginning<T> {
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Beginning<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct List<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de>> Visitor<'de> for List<T> {
-            type Value = Beginning<T>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a list")
+        let mut list = Beginning::default();
+        each_item(deserializer, |item| {
+            if list.count < SHOWN {
+                list.items.push(item);
             }
+            list.count += 1;
+            Ok(())
+        })?;
+        Ok(list)
+    }
+}
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Beginning<T>, A::Error> {
-                let mut items = Vec::new();
-                while items.len() < SHOWN {
-                    let Some(item) = list.next_element()? else { break };
-                    items.push(item);
-                }
-                let mut count = items.len();
-                while list.next_element::<IgnoredAny>()?.is_some() {
-                    count += 1;
-                }
-                Ok(Beginning { items, count })
-            }
-        }
-        deserializer.deserialize_seq(List(PhantomData))
+/// How many primitives a mesh has, and the most morph targets of any: a small file may have millions.
+#[derive(Default)]
+struct Primitives {
+    count: usize,
+    targets: usize,
+}
+
+impl<'de> Deserialize<'de> for Primitives {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut primitives = Primitives::default();
+        each_item(deserializer, |primitive: Primitive| {
+            primitives.count += 1;
+            primitives.targets = primitives.targets.max(primitive.targets.len());
+            Ok(())
+        })?;
+        Ok(primitives)
     }
 }
 
@@ -145,7 +152,7 @@ pub(crate) fn facts(bytes: &[u8]) -> Vec<(String, String)> {
     fact("version", start(version, NAME));
     fact("made by", start(generator, TEXT));
     fact("copyright", start(copyright, TEXT));
-    let primitives: usize = counted.meshes.iter().map(|m| m.primitives.len()).sum();
+    let primitives: usize = counted.meshes.iter().map(|m| m.primitives.count).sum();
     let count = |n: usize, one: &str, many: &str| match n {
         0 => None,
         1 => Some(format!("1 {one}")),
@@ -163,7 +170,7 @@ pub(crate) fn facts(bytes: &[u8]) -> Vec<(String, String)> {
     fact("contents", parts.into_iter().flatten().collect::<Vec<_>>().join(", "));
     let joints = |n: usize| count(n, "joint", "joints").unwrap_or_else(|| "no joints".into());
     fact("skins", counted.skins.listed(|(_, skin)| joints(skin.joints.len())));
-    let targets = counted.meshes.iter().flat_map(|m| &m.primitives).map(|p| p.targets.len()).max();
+    let targets = counted.meshes.iter().map(|m| m.primitives.targets).max();
     fact("morph targets", targets.filter(|&n| n > 0).map_or(String::new(), |n| n.to_string()));
     let seconds = |animation: &Animation| {
         let end = |s: &Sampler| counted.accessors.get(s.input)?.max.items.first().copied();

@@ -226,28 +226,42 @@ impl<'de: 'a, 'a> Deserialize<'de> for Text<'a> {
     }
 }
 
-/// A list of at most [`MOST_ITEMS`].
-fn limited<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Vec<T>, D::Error> {
-    struct List<T>(PhantomData<T>);
-    impl<'de, T: Deserialize<'de>> Visitor<'de> for List<T> {
-        type Value = Vec<T>;
+/// Hands each item of a list to `take` as it is read, which may refuse it: the list itself takes no memory.
+pub(super) fn each_item<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+    take: impl FnMut(T) -> Result<(), String>,
+) -> Result<(), D::Error> {
+    struct List<T, F>(PhantomData<T>, F);
+    impl<'de, T: Deserialize<'de>, F: FnMut(T) -> Result<(), String>> Visitor<'de> for List<T, F> {
+        type Value = ();
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("a list")
         }
 
-        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
-            let mut items = Vec::new();
+        fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
             while let Some(item) = list.next_element()? {
-                if items.len() == MOST_ITEMS {
-                    return Err(A::Error::custom(format!("a list of more than {MOST_ITEMS} items")));
-                }
-                items.push(item);
+                self.1(item).map_err(A::Error::custom)?;
             }
-            Ok(items)
+            Ok(())
         }
     }
-    deserializer.deserialize_seq(List(PhantomData))
+    deserializer.deserialize_seq(List(PhantomData, take))
+}
+
+/// A list of at most [`MOST_ITEMS`].
+pub(super) fn limited<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+) -> Result<Vec<T>, D::Error> {
+    let mut items = Vec::new();
+    each_item(deserializer, |item| {
+        if items.len() == MOST_ITEMS {
+            return Err(format!("a list of more than {MOST_ITEMS} items"));
+        }
+        items.push(item);
+        Ok(())
+    })?;
+    Ok(items)
 }
 
 /// Parses the JSON of a file.

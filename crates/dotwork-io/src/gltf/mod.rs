@@ -33,21 +33,19 @@ use dotwork_mesh::RawMesh;
 
 use crate::checksum::Checksum;
 use crate::error::ReadErrorKind;
+use crate::file::Input;
 use buffers::Buffers;
 pub(crate) use facts::facts;
 use json::Json;
 use nodes::{Pose, Tree};
 
-/// Reads a glTF file of either form; buffers that are files are looked for in the folder of `name` and added to `sum`.
-/// `file_length` is that of the file, which may hold `bytes` gzipped.
+/// Reads a glTF file of either form; buffers that are files are looked for in its folder and added to `sum`.
 pub(crate) fn read(
-    name: &Path,
-    bytes: &[u8],
-    file_length: usize,
+    input: Input,
     sum: &mut Checksum,
     warnings: &mut Warnings,
 ) -> Result<RawMesh, ReadErrorKind> {
-    let document = Document::parse(name, bytes, file_length, warnings)?;
+    let document = Document::parse(&input, warnings)?;
     let pose = Pose::rest(&document.json, &document.tree);
     let mesh = geometry::draw(&document, &pose, warnings)?;
     document.buffers.add_to(sum);
@@ -64,18 +62,13 @@ struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    fn parse(
-        name: &Path,
-        bytes: &'a [u8],
-        file_length: usize,
-        warnings: &mut Warnings,
-    ) -> Result<Self, ReadErrorKind> {
-        let parts = container::split(bytes, warnings)?;
+    fn parse(input: &Input<'a>, warnings: &mut Warnings) -> Result<Self, ReadErrorKind> {
+        let parts = container::split(input.bytes, warnings)?;
         let json = json::parse(&parts)?;
         extensions::check(&json, warnings)?;
         let tree = Tree::new(&json)?;
-        let folder = name.parent().unwrap_or(Path::new(""));
+        let folder = input.name.parent().unwrap_or(Path::new(""));
         let buffers = Buffers::new(folder, parts.binary, json.buffers.len());
-        Ok(Document { json, buffers, tree, file_length: file_length as u64 })
+        Ok(Document { json, buffers, tree, file_length: input.file_length as u64 })
     }
 }

@@ -1,22 +1,28 @@
 //! What a person wants to know of a file beyond its voxels.
 
 use crate::error::one_line;
+use crate::volume::label_table::LabelTable;
 
 /// Longest text of a fact, characters.
 const LONGEST: usize = 120;
 /// More facts than this are not kept.
 const MOST: usize = 64;
 
-/// A list of named facts in file order.
+/// What a file says.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Facts(pub(crate) Vec<(String, String)>);
+pub(crate) struct Facts {
+    /// Named facts in file order.
+    pub(crate) list: Vec<(String, String)>,
+    /// What its values mean, if it holds labels.
+    pub(crate) labels: Option<LabelTable>,
+}
 
 impl Facts {
     /// Adds a fact, shortened to one line; one without a text is dropped.
     pub(crate) fn add(&mut self, name: impl AsRef<str>, text: impl AsRef<str>) {
         let text = short(text.as_ref());
-        if !text.is_empty() && self.0.len() < MOST {
-            self.0.push((short(name.as_ref()), text));
+        if !text.is_empty() && self.list.len() < MOST {
+            self.list.push((short(name.as_ref()), text));
         }
     }
 

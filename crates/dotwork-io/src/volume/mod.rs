@@ -16,7 +16,7 @@
 //!
 //! let options = VolumeOptions { raw: Some("2x2x1:u16:be:0.5,0.5,2".parse()?), ..VolumeOptions::default() };
 //! let bytes = [0, 1, 0, 2, 0, 3, 1, 0];
-//! let mut no_other_files = |path: &Path| dotwork_io::read_file(path);
+//! let mut no_other_files = dotwork_io::read_regular_file;
 //! let mut warnings = Warnings::new();
 //! let file =
 //!     read_volume_bytes(Path::new("scan.raw"), &bytes, &options, &mut no_other_files, &mut warnings)?;
@@ -47,6 +47,7 @@ mod files;
 mod fill;
 mod format;
 mod grid;
+mod label_table;
 #[cfg(feature = "metaimage")]
 mod metaimage;
 #[cfg(feature = "nifti")]
@@ -64,19 +65,19 @@ mod tiff;
 mod vtk;
 
 use std::borrow::Cow;
-use std::io;
 use std::path::Path;
 
 use dotwork_drawing::Warnings;
 use dotwork_volume::{Affine, Samples, Scaling, Volume};
 
 use crate::error::{ReadError, ReadErrorKind};
-use crate::file::read_bytes;
+use crate::file::{read_bytes, read_regular_file};
 use crate::gzip;
 use crate::volume::facts::Facts;
 use crate::volume::files::Files;
 
 pub use format::{VolumeFormat, volume_format_of};
+pub use label_table::{LabelEntry, LabelTable, label_table_from_bytes, read_label_table};
 #[cfg(feature = "nrrd")]
 pub use nrrd::write_nrrd;
 pub use raw::{RawLayout, RawLayoutError};
@@ -91,6 +92,9 @@ pub struct VolumeFile {
     /// What a person wants to know of the file and [`Volume`] does not hold (content, space as declared, further
     /// axes, intent, description, data files, pages, …): names and short texts of one line, in file order.
     pub facts: Vec<(String, String)>,
+    /// Names and colours of its values, if it is a segmentation that brings them (NRRD with Slicer's segments). Segments
+    /// in several layers have become one volume, whose values these are.
+    pub labels: Option<LabelTable>,
     /// XXH64 (seed 0) over the bytes of all files of the volume in reading order: for one file, [`crate::checksum`].
     pub checksum: u64,
 }
@@ -154,22 +158,11 @@ pub fn read_volume_bytes<'a>(
         .map_err(|kind| ReadError { path: name.to_path_buf(), kind })
 }
 
-/// What a header names must be a regular file: a pipe or device would block or never end.
-fn read_regular_file(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let found = match std::fs::metadata(path) {
-        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => {
-            Err(ReadErrorKind::Io(io::Error::other("is no regular file")))
-        }
-        _ => read_bytes(path),
-    };
-    found.map_err(|kind| ReadError { path: path.to_path_buf(), kind })
-}
-
 fn finish(found: Found, checksum: u64) -> Result<VolumeFile, ReadErrorKind> {
     let Found { dims, samples, scaling, affine, format, facts } = found;
     let volume =
         Volume::new(dims, samples, scaling, affine).map_err(|e| ReadErrorKind::Refused(e.to_string()))?;
-    Ok(VolumeFile { volume, format, facts: facts.0, checksum })
+    Ok(VolumeFile { volume, format, facts: facts.list, labels: facts.labels, checksum })
 }
 
 fn read(

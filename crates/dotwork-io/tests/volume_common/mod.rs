@@ -52,6 +52,27 @@ pub fn refusal_among(name: &str, bytes: &[u8], others: &[(&str, &[u8])]) -> Stri
     message
 }
 
+/// Reads a file that may be damaged; what comes must be a whole volume or an error on one line. True for a volume.
+pub fn reads_soundly(name: &str, bytes: &[u8], others: &[(&str, &[u8])], options: &VolumeOptions) -> bool {
+    let (read, warnings) = read_among(name, bytes, others, options);
+    assert!(warnings.iter().all(|w| !w.contains('\n')), "{name}: {warnings:?}");
+    match read {
+        Ok(file) => {
+            assert_eq!(file.volume.samples().len(), file.volume.dims().iter().product::<usize>());
+            assert!(
+                file.facts.iter().all(|(n, t)| !n.contains('\n') && !t.contains('\n')),
+                "{:?}",
+                file.facts
+            );
+            true
+        }
+        Err(e) => {
+            assert!(!e.to_string().contains('\n'), "{e}");
+            false
+        }
+    }
+}
+
 /// A good file is refused once one thing in it is replaced: `cases` say what, by what, and for which reason.
 pub fn refused_with(name: &str, good: &[u8], cases: &[(&str, &str, &str)]) {
     let good = std::str::from_utf8(good).expect("samples that are text");

@@ -54,12 +54,12 @@ impl Layout {
 
     /// Bits of a native frame.
     pub(super) fn frame_bits(&self) -> u64 {
-        self.pixels() as u64 * self.components as u64 * u64::from(self.allocated)
+        self.samples() * u64::from(self.allocated)
     }
 
-    /// Bytes of a decoded frame with all its components.
-    pub(super) fn decoded_bytes(&self) -> usize {
-        self.pixels() * self.components * self.sample.bytes()
+    /// Samples of a frame with all its components.
+    pub(super) fn samples(&self) -> u64 {
+        self.pixels() as u64 * self.components as u64
     }
 
     pub(super) fn is_signed(&self) -> bool {
@@ -141,7 +141,7 @@ impl Image {
 
         let shared = set.item(tags::SHARED_GROUPS);
         let per_frame = set.items(tags::FRAME_GROUPS);
-        let offsets = set.numbers(tags::FRAME_OFFSETS);
+        let offsets = set.numbers_of_frames(tags::FRAME_OFFSETS, count);
         let distance = set
             .number(tags::SLICE_DISTANCE)
             .or_else(|| shared.and_then(|s| s.item(tags::PIXEL_MEASURES)?.number(tags::SLICE_DISTANCE)))

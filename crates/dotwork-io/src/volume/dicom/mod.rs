@@ -20,8 +20,8 @@
 //! `hayro-jpeg2000`. JPEG-LS, JPEG XL, high-throughput JPEG 2000 and video are refused by name.
 //!
 //! Memory: native pixels take what the files hold, once, and twice more where holes are filled; packed ones may take
-//! 16 MiB or as many times their size as deflate could reach, whichever is more (and the JPEG 2000 decoder, which
-//! computes in `f32`, some sixteen bytes for each pixel of a frame meanwhile).
+//! 16 MiB or 200 times their size, whichever is more, and their decoders 128 MiB or 512 times that size meanwhile (that
+//! of JPEG 2000, which computes in `f32`, takes some sixteen bytes for each sample of a frame).
 
 mod codec;
 mod image;
@@ -41,7 +41,6 @@ use dotwork_drawing::Warnings;
 use rayon::prelude::*;
 
 use crate::error::ReadErrorKind;
-use crate::gzip::DEFLATE_RATIO;
 use crate::volume::Found;
 use crate::volume::dicom::image::{Image, Series};
 use crate::volume::dicom::pixels::Pixels;
@@ -57,8 +56,13 @@ use crate::volume::format::extension;
 /// Files that are in memory at one time.
 const BATCH: usize = 16;
 
-/// What packed frames may unpack to, whatever their size.
+/// What packed frames may unpack to: this, or so many times their size. JPEG 2000 knows no bound of its own.
 const SMALLEST_LIMIT: u64 = 16 << 20;
+const RATIO_LIMIT: u64 = 200;
+
+/// What decoders may take meanwhile, in the same way.
+const SMALLEST_DECODER_LIMIT: u64 = 128 << 20;
+const DECODER_RATIO_LIMIT: u64 = 512;
 
 /// True for the names that DICOM files have.
 pub(super) fn is_named_dicom(path: &Path) -> bool {
@@ -159,9 +163,14 @@ fn checked_count(scans: &[Scan], slices: &[Slice], per_slice: usize) -> Result<u
         read.sort_unstable();
         read.dedup();
         let length = read.iter().fold(0u64, |n, &i| n.saturating_add(scans[i].length));
-        let limit = length.saturating_mul(DEFLATE_RATIO).max(SMALLEST_LIMIT);
-        let decoded = (layout.decoded_bytes() as u64).saturating_mul(slices.len() as u64);
-        if decoded > limit {
+        let limit = |ratio: u64, smallest: u64| length.saturating_mul(ratio).max(smallest);
+        let decoded = (layout.samples() * layout.sample.bytes() as u64).saturating_mul(slices.len() as u64);
+        let decoder = slices.iter().map(|s| scans[s.scan].image.syntax.codec.bytes_per_sample()).max();
+        // As many frames as files are decoded at one time, or about so many.
+        let taken = layout.samples() * slices.len().min(BATCH) as u64 * decoder.unwrap_or(0);
+        if decoded > limit(RATIO_LIMIT, SMALLEST_LIMIT)
+            || taken > limit(DECODER_RATIO_LIMIT, SMALLEST_DECODER_LIMIT)
+        {
             return Err(ReadErrorKind::TooLarge(format!(
                 "declares {decoded} bytes of DICOM pixels, many times the size of its files"
             )));

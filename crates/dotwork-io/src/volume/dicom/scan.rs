@@ -210,10 +210,14 @@ pub(super) fn scan_directory(
         let parts: Vec<&str> = name.split('\\').map(str::trim).collect();
         // Eight names at most, none of them leading out of the folder.
         let plain = |p: &&str| !p.is_empty() && *p != ".." && *p != "." && !p.contains(['/', ':', '\0']);
-        if parts.len() > DEEPEST || !parts.iter().all(plain) || !seen.insert(name.clone()) {
+        if parts.len() > DEEPEST || !parts.iter().all(plain) {
             continue;
         }
         let path = files.path(&parts.join("/"));
+        // One file is named in many ways: names may have spaces around them.
+        if !seen.insert(path.clone()) {
+            continue;
+        }
         let read = files.look(&path).map_err(|e| (e, false));
         match read.and_then(|bytes| scan_bytes(&path, &bytes, bytes.len() as u64)) {
             Ok(scan) => scans.push(scan),

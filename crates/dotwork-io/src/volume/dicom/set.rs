@@ -15,6 +15,11 @@ use crate::volume::dicom::tags;
 /// Sequences within sequences: real files have five.
 const DEEPEST: usize = 16;
 
+/// Bytes of a text that are looked at, and numbers in it: a text is asked for again for every frame, and of those
+/// that somebody asks for the longest (the names of a file within its folders) has 135.
+const LONGEST_TEXT: usize = 1024;
+const MOST_NUMBERS: usize = 8;
+
 /// The length of a value that ends with a delimiter.
 const UNDEFINED: u32 = u32::MAX;
 
@@ -128,7 +133,7 @@ impl Opened<'_> {
         let Syntax { explicit, big_endian, .. } = self.syntax;
         let mut walker = Walker { bytes: &self.bytes, at: self.start, explicit, big_endian, depth: 0 };
         let mut set = Set { elements: Vec::new(), big_endian };
-        let pixels = walker.walk(self.bytes.len(), Some(&mut set), true)?;
+        let pixels = walker.walk(Some(&mut set), true)?;
         Ok(Parsed { set, pixels })
     }
 }
@@ -142,6 +147,8 @@ struct Head {
 }
 
 struct Walker<'a> {
+    /// The file up to the end of what is walked: within an item nothing lies beyond the item. Otherwise the next item
+    /// could be walked again, and what is in it twice as often as that.
     bytes: &'a [u8],
     at: usize,
     explicit: bool,
@@ -201,7 +208,7 @@ impl<'a> Walker<'a> {
             ReadErrorKind::at_byte(
                 head.at,
                 format!(
-                    "DICOM element ({group:04x},{element:04x}) of {} bytes ends beyond the file",
+                    "DICOM element ({group:04x},{element:04x}) of {} bytes ends beyond what holds it",
                     head.length
                 ),
             )
@@ -210,16 +217,15 @@ impl<'a> Walker<'a> {
         Ok(value)
     }
 
-    /// Walks elements until `end` or an item's delimiter, keeping those with a meaning in `set`. Of the outermost
+    /// Walks elements until the end or an item's delimiter, keeping those with a meaning in `set`. Of the outermost
     /// set, the walk ends at the pixel data.
     fn walk(
         &mut self,
-        end: usize,
         mut set: Option<&mut Set<'a>>,
         outermost: bool,
     ) -> Result<Option<PixelElement>, ReadErrorKind> {
         // Less than an element is padding.
-        while self.at + 8 <= end {
+        while self.at + 8 <= self.bytes.len() {
             let head = self.head()?;
             if head.tag == tags::ITEM_END {
                 break;
@@ -239,12 +245,12 @@ impl<'a> Walker<'a> {
             if !is_sequence {
                 let value = self.value(&head)?;
                 if let Some(set) = set.as_deref_mut().filter(|_| wanted) {
-                    set.elements.push((head.tag, Value::Bytes(value)));
+                    set.keep(head.tag, Value::Bytes(value));
                 }
             } else if head.length == UNDEFINED || wanted {
                 let items = self.items(&head, wanted)?;
                 if let Some(set) = set.as_deref_mut().filter(|_| wanted) {
-                    set.elements.push((head.tag, Value::Items(items)));
+                    set.keep(head.tag, Value::Items(items));
                 }
             } else {
                 self.value(&head)?;
@@ -256,12 +262,12 @@ impl<'a> Walker<'a> {
     /// Walks the items of a sequence.
     fn items(&mut self, head: &Head, wanted: bool) -> Result<Vec<Set<'a>>, ReadErrorKind> {
         let mut items = Vec::new();
-        let end = match head.length {
-            UNDEFINED => self.bytes.len(),
-            length => self.at.saturating_add(length as usize),
-        };
-        if end > self.bytes.len() {
+        let outside = self.bytes;
+        if head.length != UNDEFINED {
+            let start = self.at;
             self.value(head)?;
+            self.bytes = &outside[..self.at];
+            self.at = start;
         }
         if self.depth == DEEPEST {
             return Err(ReadErrorKind::at_byte(head.at, "DICOM sequences are nested too deeply"));
@@ -272,7 +278,7 @@ impl<'a> Walker<'a> {
         if head.vr == *b"UN" {
             (self.explicit, self.big_endian) = (false, false);
         }
-        while self.at < end {
+        while self.at < self.bytes.len() {
             let item = self.head()?;
             match item.tag {
                 tags::SEQUENCE_END => break,
@@ -280,35 +286,43 @@ impl<'a> Walker<'a> {
                     self.value(&item)?;
                 }
                 tags::ITEM => {
-                    let until = match item.length {
-                        UNDEFINED => end,
-                        length => self.at.saturating_add(length as usize),
-                    };
-                    if until > end {
-                        self.at = end;
-                        return Err(self.ends_early());
+                    let sequence = self.bytes;
+                    if item.length != UNDEFINED {
+                        let until = self.at.checked_add(item.length as usize);
+                        let within = until.and_then(|until| sequence.get(..until));
+                        self.bytes = within.ok_or_else(|| self.ends_early())?;
                     }
                     if wanted {
                         let mut set = Set { elements: Vec::new(), big_endian: self.big_endian };
-                        self.walk(until, Some(&mut set), false)?;
+                        self.walk(Some(&mut set), false)?;
                         items.push(set);
                     } else {
-                        self.walk(until, None, false)?;
+                        self.walk(None, false)?;
                     }
                     if item.length != UNDEFINED {
-                        self.at = until;
+                        // Less than an element may be left.
+                        self.at = self.bytes.len();
                     }
+                    self.bytes = sequence;
                 }
                 _ => return Err(ReadErrorKind::at_byte(item.at, "something else where a DICOM item begins")),
             }
         }
         (self.explicit, self.big_endian) = (explicit, big_endian);
+        self.bytes = outside;
         self.depth -= 1;
         Ok(items)
     }
 }
 
 impl<'a> Set<'a> {
+    /// Of several elements with one tag the first counts; so there are never more than there are tags.
+    fn keep(&mut self, tag: u32, value: Value<'a>) {
+        if !self.has(tag) {
+            self.elements.push((tag, value));
+        }
+    }
+
     fn bytes(&self, tag: u32) -> Option<&'a [u8]> {
         self.elements.iter().find(|(t, _)| *t == tag).and_then(|(_, value)| match value {
             Value::Bytes(bytes) => Some(*bytes),
@@ -338,15 +352,20 @@ impl<'a> Set<'a> {
         self.items(tag).first()
     }
 
-    /// A text without the padding; `None` if it is empty.
+    /// A text without the padding, or the beginning of a very long one; `None` if it is empty.
     pub(super) fn text(&self, tag: u32) -> Option<String> {
-        self.bytes(tag).map(text_of).filter(|text| !text.is_empty())
+        let beginning = |bytes: &'a [u8]| text_of(&bytes[..bytes.len().min(LONGEST_TEXT)]);
+        self.bytes(tag).map(beginning).filter(|text| !text.is_empty())
     }
 
-    /// The numbers of a text (DS, IS), as far as they are finite numbers.
+    /// The first few numbers of a text (DS, IS), as far as they are finite numbers.
     pub(super) fn numbers(&self, tag: u32) -> Vec<f64> {
-        let text = self.text(tag).unwrap_or_default();
-        text.split('\\').map_while(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
+        numbers_of(&self.text(tag).unwrap_or_default(), MOST_NUMBERS)
+    }
+
+    /// As [`Set::numbers`], of a text with a number for each of `count` frames. To be asked for once.
+    pub(super) fn numbers_of_frames(&self, tag: u32, count: usize) -> Vec<f64> {
+        numbers_of(&self.bytes(tag).map(text_of).unwrap_or_default(), count)
     }
 
     /// The first number of a text.
@@ -374,6 +393,11 @@ impl<'a> Set<'a> {
     }
 }
 
+fn numbers_of(text: &str, most: usize) -> Vec<f64> {
+    let number = |n: &str| n.trim().parse().ok().filter(|n: &f64| n.is_finite());
+    text.split('\\').take(most).map_while(number).collect()
+}
+
 /// Text of whatever character set: UTF-8 if it is that, otherwise Latin-1, without padding.
 fn text_of(bytes: &[u8]) -> String {
     let text = match std::str::from_utf8(bytes) {
@@ -381,4 +405,60 @@ fn text_of(bytes: &[u8]) -> String {
         Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
     };
     text.trim_matches(|c: char| c.is_whitespace() || c == '\0').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(tag: u32, length: u32) -> Vec<u8> {
+        let [group, element] = [(tag >> 16) as u16, tag as u16].map(u16::to_le_bytes);
+        [&group[..], &element, &length.to_le_bytes()].concat()
+    }
+
+    /// What a data set without types keeps.
+    fn parsed(set: &[u8]) -> Result<usize, String> {
+        let opened = Opened {
+            bytes: Cow::Borrowed(set),
+            syntax: Syntax::of("1.2.840.10008.1.2"),
+            uid: String::new(),
+            start: 0,
+        };
+        let parsed = opened.parse().map_err(|e| e.to_string())?;
+        Ok(parsed.set.elements.len())
+    }
+
+    /// Elements that are repeated would be searched anew for every frame.
+    #[test]
+    fn of_repeated_elements_the_first_is_kept() {
+        assert_eq!(parsed(&head(tags::MODALITY, 0).repeat(20_000)), Ok(1));
+    }
+
+    /// A sequence that reaches out of its item would be walked once within it and once after it, and twice as often
+    /// with each more of them.
+    #[test]
+    fn nothing_reaches_out_of_its_item() {
+        let mut set = head(tags::FRAME_GROUPS, UNDEFINED);
+        for _ in 0..14 {
+            set.extend(head(tags::ITEM, 8));
+            set.extend(head(tags::FRAME_GROUPS, UNDEFINED));
+        }
+        set.extend(head(tags::ITEM, 0).repeat(1000));
+        set.extend(head(tags::SEQUENCE_END, 0));
+        // The inner sequences end with their items, and are empty.
+        assert_eq!(parsed(&set), Ok(1));
+        let value = [head(tags::FRAME_GROUPS, 24), head(tags::ITEM, 8), head(tags::MODALITY, 8)].concat();
+        let error = parsed(&[value, vec![0; 16]].concat()).unwrap_err();
+        assert!(error.contains("(0008,0060) of 8 bytes ends beyond what holds it"), "{error}");
+    }
+
+    #[test]
+    fn of_a_long_text_the_beginning_is_looked_at() {
+        let long = b"1\\2\\3\\".repeat(20_000);
+        let mut set = Set::default();
+        set.keep(tags::POSITION, Value::Bytes(&long));
+        assert_eq!(set.numbers(tags::POSITION), [1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0]);
+        assert_eq!(set.text(tags::POSITION).unwrap().len(), LONGEST_TEXT);
+        assert_eq!(set.numbers_of_frames(tags::POSITION, 30_000).len(), 30_000);
+    }
 }

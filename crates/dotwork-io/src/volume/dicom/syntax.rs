@@ -17,6 +17,20 @@ pub(super) enum Codec {
     Unread,
 }
 
+impl Codec {
+    /// What decoding a frame takes for each of its samples besides the samples themselves, bytes.
+    pub(super) fn bytes_per_sample(self) -> u64 {
+        match self {
+            Codec::Native | Codec::Unread => 0,
+            Codec::Rle => 1,
+            // Coefficients of 16 bits, planes, samples side by side.
+            Codec::Jpeg => 6,
+            // Several planes in `f32`.
+            Codec::Jpeg2000 => 16,
+        }
+    }
+}
+
 /// A transfer syntax.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syntax {

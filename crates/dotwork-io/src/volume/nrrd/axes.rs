@@ -54,13 +54,17 @@ pub(super) fn plan(header: &mut Header, warnings: &mut Warnings) -> Result<Plan,
             continue;
         }
         let how = reduction(header, axis);
-        warnings.say(match how {
+        let warning = match how {
             Reduction::Luminance => format!("{size} colours a voxel: their luminance is taken"),
             Reduction::Magnitude => "complex samples: their magnitude is taken".into(),
             Reduction::First => {
                 format!("{size} values a voxel{}: the first is taken", kind_text(header, axis))
             }
-        });
+        };
+        // Layers of segments become one.
+        if !is_layers(header, axis) {
+            warnings.say(warning);
+        }
         reductions.push(Reduce { inner, components: size, how });
     }
     let volumes: u64 = header.sizes[read_axes..].iter().fold(1, |n, &s| n.saturating_mul(s));
@@ -104,6 +108,11 @@ fn spatial_axes(header: &Header) -> Vec<usize> {
     }
     axes.truncate(3);
     axes
+}
+
+/// True if the entries of an axis are the layers of a segmentation.
+pub(super) fn is_layers(header: &Header, axis: usize) -> bool {
+    axis == 0 && !header.segments.is_empty() && header.kinds.get(0).is_some_and(|k| k == "list")
 }
 
 /// How many colours the kind of an axis says it has.

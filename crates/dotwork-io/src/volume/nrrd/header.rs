@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::error::{ReadErrorKind, quote};
 use crate::volume::facts::Facts;
 use crate::volume::files::numbered;
+use crate::volume::nrrd::segments::is_segment_key;
 use crate::volume::stream::Packing;
 
 /// The format's own limit.
@@ -70,6 +71,8 @@ pub(super) struct Header {
     pub(super) space: Option<String>,
     pub(super) space_units: Vec<String>,
     pub(super) facts: Facts,
+    /// Line, key and value of what is said of segments.
+    pub(super) segments: Vec<(u64, String, String)>,
     /// Bytes of the header, and the line on which attached data begin.
     pub(super) end: usize,
     pub(super) lines: u64,
@@ -133,6 +136,7 @@ struct Reader {
     space: Option<String>,
     space_units: Vec<String>,
     facts: Facts,
+    segments: Vec<(u64, String, String)>,
 }
 
 impl Reader {
@@ -154,7 +158,11 @@ impl Reader {
             }
         }
         if let Some((key, value)) = owned.split_once(":=") {
-            self.facts.add(key.trim(), value);
+            if is_segment_key(key.trim()) {
+                self.segments.push((line, key.trim().into(), value.into()));
+            } else {
+                self.facts.add(key.trim(), value);
+            }
             return Ok(());
         }
         match field {
@@ -302,6 +310,7 @@ impl Reader {
             space: self.space,
             space_units: self.space_units,
             facts: self.facts,
+            segments: self.segments,
             end,
             lines,
         })

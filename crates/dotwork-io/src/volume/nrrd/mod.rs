@@ -6,6 +6,7 @@
 
 mod axes;
 mod header;
+mod segments;
 mod writer;
 
 pub use writer::write_nrrd;
@@ -21,12 +22,18 @@ use crate::volume::files::{Files, in_file, listing};
 use crate::volume::fill::Fill;
 use crate::volume::nrrd::axes::Plan;
 use crate::volume::nrrd::header::{DataFiles, Encoding, Header};
+use crate::volume::nrrd::segments::Segments;
 use crate::volume::reduce::reduce;
 use crate::volume::stream::{Packing, Stream};
 
 pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> Result<Found, ReadErrorKind> {
     let mut header = header::parse(bytes, warnings)?;
     let plan = axes::plan(&mut header, warnings)?;
+    let layers = match plan.reductions.first() {
+        Some(r) if r.inner == 1 && axes::is_layers(&header, 0) => r.components,
+        _ => 1,
+    };
+    let segments = Segments::parse(&header.segments, layers, warnings)?;
     let width = header.sample.bytes() as u64;
     let all = product(header.sizes.iter().copied())?;
     let wanted = product(header.sizes[..plan.read_axes].iter().copied())?;
@@ -61,6 +68,14 @@ pub(super) fn read(files: &mut Files, bytes: &[u8], warnings: &mut Warnings) -> 
     };
     let mut samples = fill.finish(big_endian);
     let Plan { dims, reductions, affine, .. } = plan;
+    let mut reductions = &reductions[..];
+    if let Some(segments) = segments {
+        if layers > 1 {
+            samples = segments.compose(&samples, layers, warnings)?;
+            reductions = &reductions[1..];
+        }
+        header.facts.labels = Some(segments.table());
+    }
     for r in reductions {
         reduce(&mut samples, r.inner, r.components, r.how);
     }
