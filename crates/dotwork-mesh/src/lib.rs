@@ -19,6 +19,7 @@
 mod borders;
 mod clean;
 mod clip;
+mod creases;
 mod geometry;
 mod measure;
 mod mesh;
@@ -28,6 +29,7 @@ pub mod topology;
 mod winding;
 
 pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
+pub use creases::{Crease, Creases};
 pub use measure::{Bounds, MeshStats};
 pub use mesh::{Mesh, MeshError, MeshOptions, RawMesh};
 pub use topology::Topology;

@@ -73,8 +73,13 @@ impl Mesh {
     /// A sphere around all vertices: the centre of [`Mesh::bounds`], and the distance to the farthest vertex.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         let center = self.bounds().center();
-        let farthest = self.positions.par_iter().with_min_len(GRAIN).map(|p| p.distance_squared(center));
-        (center, farthest.reduce(|| 0.0, f32::max).sqrt())
+        (center, self.farthest_from(center))
+    }
+
+    /// The distance from `center` to the farthest vertex, object units.
+    pub fn farthest_from(&self, center: Vec3) -> f32 {
+        let squares = self.positions.par_iter().with_min_len(GRAIN).map(|p| p.distance_squared(center));
+        squares.reduce(|| 0.0, f32::max).sqrt()
     }
 
     /// The corners of triangle `t`.

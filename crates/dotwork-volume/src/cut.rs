@@ -83,7 +83,7 @@ impl CutFace {
 /// The rim follows the clipped isosurface to a small part of a voxel. Coordinates are relative to the same
 /// [`RawMesh::origin`] as those of [`Volume::isosurface`].
 ///
-/// A NaN counts as −∞: the eight voxels around it have no face. Planes that do not pass through the volume, or only
+/// A NaN counts as −∞: the eight cells around it have no face. Planes that do not pass through the volume, or only
 /// touch its border, have no face; so has everything if `iso` is not finite, if the volume is a single slice, or if
 /// the volume is too wide for single precision.
 pub fn cut_faces(volume: &Volume, iso: f64, region: &ClipRegion) -> CutFace {
@@ -91,7 +91,7 @@ pub fn cut_faces(volume: &Volume, iso: f64, region: &ClipRegion) -> CutFace {
     let extent = (max - min).max_element();
     let too_wide = extent.is_nan() || extent > f64::from(f32::MAX) / 4.0;
     let mut cut = CutFace::default();
-    cut.mesh.origin = volume.mesh_origin_of_cut().to_array();
+    cut.mesh.origin = volume.mesh_origin().to_array();
     if !iso.is_finite() || volume.dims().contains(&1) || too_wide {
         return cut;
     }
@@ -271,13 +271,4 @@ fn domain(
         polygon = next;
     }
     (polygon.len() >= 3).then_some(polygon)
-}
-
-impl Volume {
-    /// What coordinates of faces are relative to: as for isosurfaces, single precision must suffice in a voxel.
-    fn mesh_origin_of_cut(&self) -> DVec3 {
-        let [min, max] = self.bounds();
-        let center = self.center();
-        if center.length() > (max - min).length() { center } else { DVec3::ZERO }
-    }
 }

@@ -11,9 +11,11 @@
 //!    [`Regression::threshold`] are noise.
 //! 2. A voxel is a maximum if its gradient is longer than those one voxel shell before and behind, interpolated. A
 //!    parabola through the three tells where between the voxels the maximum is; the value is taken there.
-//! 3. The weights are added over the 0.1 % to 99.9 % window of the values in 128 bins, smoothed by 2 bins.
+//! 3. The weights are added over the 0.1 % to 99.9 % window of the values in 128 bins, smoothed by 2 bins. Where most of
+//!    the weight lies beyond that window, the boundaries are those of a thing that has less than a thousandth of the
+//!    voxels, and the window is the whole range.
 //! 4. Peaks above 4 % of the highest, with a prominence over 35 % of their height, are features; the lowest bins between
-//!    them divide the values.
+//!    them, of equally low ones the middle one, divide the values.
 //! 5. The isosurface of a feature is half-way from its lower valley to its mean: at the mean itself thin walls tear. The
 //!    lowest feature has no valley below; it takes three quarters of its mean above the window's low end.
 //! 6. The first to be shown is the lowest with over 20 % of the weight, or else the largest.
@@ -66,7 +68,8 @@ const WEIGHT_UNIT: f32 = 1e9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
     /// `outer` for the lowest value, `dense` for the highest of several, `mid` for the one between if there is one;
-    /// numbers from 1, by value, for those between if there are more.
+    /// its number from 1, by value, for those between if there are more; `lo,hi` for one that is
+    /// asked for by its values.
     pub name: String,
     /// The value whose isosurface shows it.
     pub iso: f64,
@@ -208,18 +211,33 @@ pub fn find_features(volume: &Volume) -> Result<Features, FeatureError> {
     let stats = volume.stats().ok_or(FeatureError::NoValues)?;
     let levels = Lengths::new(&regression).levels().ok_or(FeatureError::Flat)?;
     let [low, high] = levels.map(|length| regression.slope(length));
-    let window = [stats.low, stats.high];
-    let counts = boundary_histogram(&regression, levels[0] as f32, window.map(|v| regression.unit(v) as f32));
-    let mut features = partition(&counts, window).ok_or(FeatureError::Flat)?;
+    let counts = |window: [f64; 2]| {
+        boundary_histogram(&regression, levels[0] as f32, window.map(|v| regression.unit(v) as f32))
+    };
+    let mut window = [stats.low, stats.high];
+    let mut histogram = counts(window);
+    if histogram.beyond > histogram.counts.iter().sum() {
+        window = [0.0, 1.0].map(|unit| regression.value(unit));
+        histogram = counts(window);
+    }
+    let mut features = partition(&histogram.counts, window).ok_or(FeatureError::Flat)?;
     features.threshold = GradientThreshold { low, high };
     Ok(features)
 }
 
-/// Weight by value over the window, at the maxima of the gradient along itself.
-fn boundary_histogram(regression: &Regression<'_>, low: f32, window: [f32; 2]) -> Vec<u64> {
+/// Weight by value over a window.
+struct BoundaryHistogram {
+    counts: Vec<u64>,
+    /// The weight of values that are not in the window.
+    beyond: u64,
+}
+
+/// The weights at the maxima of the gradient along itself.
+fn boundary_histogram(regression: &Regression<'_>, low: f32, window: [f32; 2]) -> BoundaryHistogram {
     let [nx, ny, nz] = regression.volume().dims();
     let slabs = nz.div_ceil(SLAB);
-    let tables: Vec<Vec<u64>> = (0..slabs)
+    let empty = || BoundaryHistogram { counts: vec![0; BINS], beyond: 0 };
+    let tables: Vec<BoundaryHistogram> = (0..slabs)
         .into_par_iter()
         .map_init(
             || {
@@ -231,7 +249,7 @@ fn boundary_histogram(regression: &Regression<'_>, low: f32, window: [f32; 2]) -
                 (RowScratch::default(), rows(nx), [layer(), layer(), layer()])
             },
             |(scratch, out, ring), slab| {
-                let mut counts = vec![0u64; BINS];
+                let mut histogram = empty();
                 let first = slab * SLAB;
                 let end = (first + SLAB).min(nz);
                 for z in first.saturating_sub(1)..(end + 1).min(nz) {
@@ -248,18 +266,19 @@ fn boundary_histogram(regression: &Regression<'_>, low: f32, window: [f32; 2]) -
                     // The layer before this one has both neighbours now, except at the ends of the volume.
                     if z >= 2 && z > first {
                         let three = [&ring[(z - 2) % 3], &ring[(z - 1) % 3], &ring[z % 3]];
-                        add_maxima(regression, three, low, window, &mut counts);
+                        add_maxima(regression, three, low, window, &mut histogram);
                     }
                 }
-                counts
+                histogram
             },
         )
         .collect();
-    let mut counts = vec![0; BINS];
+    let mut all = empty();
     for table in tables {
-        counts.iter_mut().zip(table).for_each(|(sum, n)| *sum += n);
+        all.counts.iter_mut().zip(table.counts).for_each(|(sum, n)| *sum += n);
+        all.beyond += table.beyond;
     }
-    counts
+    all
 }
 
 /// Adds the maxima of the middle of three layers.
@@ -268,7 +287,7 @@ fn add_maxima(
     layers: [&Layer; 3],
     low: f32,
     [from, to]: [f32; 2],
-    counts: &mut [u64],
+    histogram: &mut BoundaryHistogram,
 ) {
     let [nx, ny, _] = regression.volume().dims();
     let middle = layers[1];
@@ -298,8 +317,11 @@ fn add_maxima(
             let slope = g[0] * step[0] + g[1] * step[1] + g[2] * step[2];
             let value = middle.value[i] + t * slope;
             let bin = (value - from) * bins;
+            let weight = (peak * WEIGHT_UNIT) as u64;
             if bin >= 0.0 && bin < BINS as f32 {
-                counts[bin as usize] += (peak * WEIGHT_UNIT) as u64;
+                histogram.counts[bin as usize] += weight;
+            } else {
+                histogram.beyond += weight;
             }
         }
     }
@@ -380,8 +402,10 @@ fn partition(counts: &[u64], window: [f64; 2]) -> Option<Features> {
     let value = |bin: f64| window[0] + bin * width;
     let mut cuts = vec![0];
     for pair in peaks.windows(2) {
-        let valley = (pair[0]..=pair[1]).min_by(|&a, &b| h[a].total_cmp(&h[b])).unwrap_or(pair[0]);
-        cuts.push(valley);
+        let lowest = h[pair[0]..=pair[1]].iter().copied().fold(f64::INFINITY, f64::min);
+        // Without noise there may be nothing between two peaks.
+        let valley: Vec<usize> = (pair[0]..=pair[1]).filter(|&bin| h[bin] == lowest).collect();
+        cuts.push(valley[valley.len() / 2]);
     }
     cuts.push(BINS);
     let mut features: Vec<Feature> = Vec::new();
@@ -414,5 +438,20 @@ fn name(i: usize, of: usize) -> String {
         _ if i + 1 == of => "dense".into(),
         1 if of == 3 => "mid".into(),
         _ => (i + 1).to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_stretch_between_two_peaks_is_cut_in_its_middle() {
+        let mut counts = vec![0; BINS];
+        (counts[20], counts[100]) = (500, 400);
+        let found = partition(&counts, [0.0, BINS as f64]).unwrap();
+        let ranges: Vec<[f64; 2]> = found.features.iter().map(|f| f.range).collect();
+        assert_eq!(ranges, [[0.0, 60.0], [60.0, 128.0]]);
+        assert_eq!(found.features[1].iso, (60.0 + 100.5) / 2.0);
     }
 }

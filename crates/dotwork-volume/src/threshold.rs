@@ -7,12 +7,13 @@
 //! above the high level: high is Otsu's threshold, low the geometric mean of that and Otsu's on the logarithms. Pieces
 //! of few voxels are specks of noise and are dropped.
 //!
-//! Masks have one bit a voxel. Pieces are found from the runs of set bits along x, joined with those that touch them
-//! in neighbouring rows by a corner at least (26-connected), in time linear in the rows and runs.
+//! Masks have one bit a voxel. Pieces are found from the runs of set bits along x (`runs`), in time linear in the
+//! rows and runs.
 
-use std::ops::Range;
+use rayon::prelude::*;
 
 use crate::gradient::Regression;
+use crate::runs::{LayerRuns, Run, Runs};
 use crate::volume::VolumeError;
 
 /// Bits in a word.
@@ -204,8 +205,8 @@ impl Mask {
     }
 }
 
-/// Runs of set bits in a row, as first bit and the bit after the last.
-fn runs(row: &[u64], mut run: impl FnMut(u32, u32)) {
+/// Appends the runs of set bits in a row.
+fn row_runs(row: &[u64], runs: &mut Vec<Run>) {
     let mut open: Option<u32> = None;
     for (w, &word) in row.iter().enumerate() {
         let base = (w * WORD) as u32;
@@ -218,56 +219,13 @@ fn runs(row: &[u64], mut run: impl FnMut(u32, u32)) {
             }
             at += rest.trailing_zeros();
             match open.take() {
-                Some(first) => run(first, base + at),
+                Some(start) => runs.push(Run { start, end: base + at }),
                 None => open = Some(base + at),
             }
         }
     }
-    if let Some(first) = open {
-        run(first, (row.len() * WORD) as u32);
-    }
-}
-
-/// Runs of a mask and the pieces that they belong to.
-#[derive(Default)]
-struct Runs {
-    first: Vec<u32>,
-    end: Vec<u32>,
-    /// Another run of the piece, never a later one; a piece's first run names itself.
-    parent: Vec<u32>,
-    /// Where the runs of each row begin.
-    rows: Vec<u32>,
-}
-
-impl Runs {
-    fn root(&mut self, mut run: u32) -> u32 {
-        while self.parent[run as usize] != run {
-            let up = self.parent[run as usize];
-            self.parent[run as usize] = self.parent[up as usize];
-            run = self.parent[run as usize];
-        }
-        run
-    }
-
-    fn row(&self, row: usize) -> Range<u32> {
-        self.rows[row]..self.rows[row + 1]
-    }
-
-    /// Joins the runs of two rows that touch, by a corner at least.
-    fn join(&mut self, a: Range<u32>, b: Range<u32>) {
-        let (mut i, mut j) = (a.start, b.start);
-        while i < a.end && j < b.end {
-            let (p, q) = (i as usize, j as usize);
-            if self.first[p] <= self.end[q] && self.first[q] <= self.end[p] {
-                let (r, s) = (self.root(i), self.root(j));
-                self.parent[r.max(s) as usize] = r.min(s);
-            }
-            if self.end[p] < self.end[q] {
-                i += 1;
-            } else {
-                j += 1;
-            }
-        }
+    if let Some(start) = open {
+        runs.push(Run { start, end: (row.len() * WORD) as u32 });
     }
 }
 
@@ -275,52 +233,35 @@ impl Runs {
 /// of the weak voxels and then those of the strong ones.
 fn pieces<'a>(
     [nx, ny, nz]: [usize; 3],
-    layer: impl Fn(usize) -> &'a [u64],
+    layer: impl Fn(usize) -> &'a [u64] + Sync,
     min_piece: u64,
     mask: &mut Mask,
 ) -> Result<(), VolumeError> {
     let words = nx.div_ceil(WORD);
-    let mut all = Runs { rows: vec![0], ..Runs::default() };
-    for z in 0..nz {
-        for (y, row) in layer(z).chunks_exact(2 * words).enumerate() {
-            runs(&row[..words], |first, end| {
-                all.first.push(first);
-                all.end.push(end);
-            });
-            let count = u32::try_from(all.first.len()).map_err(|_| VolumeError::Size(nx, ny, nz))?;
-            all.parent.extend(all.parent.len() as u32..count);
-            all.rows.push(count);
-            let row = y + ny * z;
-            let this = all.row(row);
-            let mut touch = |other: usize| all.join(this.clone(), all.rows[other]..all.rows[other + 1]);
-            if y > 0 {
-                touch(row - 1);
-            }
-            if z > 0 {
-                for other in row - ny - usize::from(y > 0)..=row - ny + usize::from(y + 1 < ny) {
-                    touch(other);
-                }
-            }
-        }
-    }
+    let of_layer = |z| {
+        let mut runs = LayerRuns::default();
+        layer(z).chunks_exact(2 * words).for_each(|row| runs.row(|runs| row_runs(&row[..words], runs)));
+        runs
+    };
+    let layers = (0..nz).into_par_iter().map(of_layer).collect();
+    let runs = Runs::new(ny, layers).ok_or(VolumeError::Size(nx, ny, nz))?;
+    let roots = runs.join();
 
-    let mut sizes = vec![0u64; all.first.len()];
-    let mut strong = vec![false; all.first.len()];
+    let mut sizes = vec![0u64; roots.len()];
+    let mut strong = vec![false; roots.len()];
     for row in 0..ny * nz {
         let bits = &layer(row / ny)[2 * words * (row % ny) + words..][..words];
-        for run in all.row(row) {
-            let root = all.root(run) as usize;
-            let (first, end) = (all.first[run as usize] as usize, all.end[run as usize] as usize);
-            sizes[root] += (end - first) as u64;
-            strong[root] |= (first..end).any(|x| bits[x / WORD] >> (x % WORD) & 1 == 1);
+        for run in runs.row(row % ny, row / ny) {
+            let (root, mut voxels) = (roots[run] as usize, runs.all()[run].voxels());
+            sizes[root] += voxels.len() as u64;
+            strong[root] |= voxels.any(|x| bits[x / WORD] >> (x % WORD) & 1 == 1);
         }
     }
     for (row, out) in mask.words.chunks_exact_mut(words).enumerate() {
-        for run in all.row(row) {
-            let root = all.root(run) as usize;
+        for run in runs.row(row % ny, row / ny) {
+            let root = roots[run] as usize;
             if strong[root] && sizes[root] > min_piece {
-                let (first, end) = (all.first[run as usize] as usize, all.end[run as usize] as usize);
-                (first..end).for_each(|x| out[x / WORD] |= 1 << (x % WORD));
+                runs.all()[run].voxels().for_each(|x| out[x / WORD] |= 1 << (x % WORD));
             }
         }
     }

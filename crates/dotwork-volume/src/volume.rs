@@ -153,6 +153,11 @@ impl Volume {
         &self.affine
     }
 
+    /// This volume in another place.
+    pub fn with_affine(self, affine: Affine) -> Volume {
+        Volume { affine, ..self }
+    }
+
     /// Distances between neighbouring voxels along x, y and z, world units.
     pub fn spacing(&self) -> [f64; 3] {
         self.affine.spacing()

@@ -263,7 +263,7 @@ fn cubes_of_whole_voxels_are_cut_into_squares() {
     assert!((area(&cut.mesh) - 100.0).abs() < 0.5, "{}", area(&cut.mesh));
     let rest = clip(&iso(&volume, 100.0), &region);
     assert!(apart(&rim(&rest), &rim(&cut.mesh)) < 0.1);
-    assert_eq!(cut.range(), Some([100.0, 200.0]).map(|[_, high]| [cut.range().unwrap()[0], high]));
+    assert_eq!(cut.range().unwrap()[1], 200.0);
     // Noise: every case of a cell, and no cracks.
     let noise = Field::new([15, 14, 13], Affine::from_spacing([1.0; 3]));
     let noise = noise.volume(|p| (common::hash(1, (p.x + 100.0 * p.y + 10_000.0 * p.z) as u64) & 255) as u8);

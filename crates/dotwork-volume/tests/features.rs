@@ -122,6 +122,24 @@ fn words_choose_features_or_say_which_there_are() {
     }
 }
 
+/// Less than a thousandth of the voxels, and so beyond the percentiles.
+#[test]
+fn small_things_in_much_air_are_features() {
+    for noise in [0.0, 10.0] {
+        let samples: Vec<f32> = (0..64u64.pow(3))
+            .map(|i| {
+                let [x, y, z] = [i % 64, i / 64 % 64, i / 4096].map(|v| v as f64 - 31.5);
+                let r = DVec3::new(x, y, z).length();
+                let air = noise * (hash(7, i) as f64 / 2f64.powi(64));
+                (air + 1000.0 / (1.0 + ((r - 3.0) * 2.5).exp())) as f32
+            })
+            .collect();
+        let found = find_features(&Volume::from_vec([64; 3], [1.0; 3], samples).unwrap()).unwrap();
+        assert_eq!(found.features.len(), 1, "{noise}: {found:?}");
+        assert!((250.0..600.0).contains(&found.features[0].iso), "{noise}: {:?}", found.features);
+    }
+}
+
 #[test]
 fn volumes_without_boundaries_have_no_features() {
     let flat = Volume::from_vec([8; 3], [1.0; 3], vec![3u8; 512]).unwrap();

@@ -28,11 +28,13 @@ pub struct GradientField {
 }
 
 /// Adding it to a number below 2²² leaves the number, rounded to a whole one, in the low bits (two's complement); of
-/// NaN and infinities it leaves 0. Vectors of the baseline processor cannot round otherwise.
+/// infinities it leaves 0. Vectors of the baseline processor cannot round otherwise.
 const ROUNDING: f32 = 12_582_912.0;
 
 #[inline]
 fn rounded(x: f32) -> u16 {
+    // A NaN would leave bits of its own, whatever they are in the file.
+    let x = if x.is_nan() { 0.0 } else { x };
     (x + ROUNDING).to_bits() as u16
 }
 

@@ -200,7 +200,7 @@ impl<'a> Regression<'a> {
     }
 
     /// Calls `row` with the rows of each of `layers` in order, and `start` before each layer; gives what the layers
-    /// made, in order. Layers are fitted in parallel; a layer of a NaN has NaN around it.
+    /// made, in order. Layers are fitted in parallel. Voxels next to a NaN have NaN for value and gradient.
     ///
     /// # Panics
     /// If `layers` goes beyond the volume.

@@ -138,7 +138,7 @@ impl Volume {
     }
 
     /// What mesh coordinates are relative to: single precision must suffice for vertices in a voxel.
-    fn mesh_origin(&self) -> DVec3 {
+    pub(crate) fn mesh_origin(&self) -> DVec3 {
         let [min, max] = self.bounds();
         let center = self.center();
         if center.length() > (max - min).length() { center } else { DVec3::ZERO }

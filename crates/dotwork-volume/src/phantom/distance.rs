@@ -50,7 +50,7 @@ pub(super) fn without_in_box(
     k: f32,
     solid: impl FnOnce(Vec3) -> f32,
 ) -> f32 {
-    if outside(p, min, max) >= k - d { d } else { without(d, solid(p), k) }
+    -union_in_box(-d, p, min, max, k, solid)
 }
 
 /// The distance to a box from outside it, else 0.

@@ -1,24 +1,16 @@
 //! Connected components of what lies inside an isosurface: the object is kept, the specks around it go.
 //!
-//! Runs of inside voxels along x are joined by union–find with neighbouring rows, which visits each voxel once and
-//! each contact of two runs once (Kesheng Wu, Ekow Otoo and Kenji Suzuki, *Optimizing Two-Pass Connected-Component
-//! Labeling Algorithms*, 2009, has the two-pass scheme; runs in place of pixels are older). Slabs are joined in parallel
-//! and then to each other; a component is named by its first run, so names do not depend on the slabs.
-//!
-//! Voxels are connected by faces, edges and corners (26 neighbours). Then a voxel of one component never shares a cell
+//! Runs of inside voxels along x are found in each row and joined (`runs`), connected by faces, edges and corners. Then
+//! a voxel of one component never shares a cell
 //! of the grid with another component, so taking one away leaves every triangle of the others where it was; and thin
 //! bone, which a scan turns into voxels that touch at edges and corners only, stays in one piece.
-
-use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::PrepareError;
+use crate::runs::{LayerRuns, Run, Runs};
 use crate::samples::Samples;
 use crate::volume::Volume;
-
-/// Layers that are joined in one go.
-const SLAB: usize = 16;
 
 /// Samples that are compared at once.
 const BLOCK: usize = 32;
@@ -67,7 +59,7 @@ pub struct ComponentsReport {
 /// voxels and a rim of 2 voxels around them get the low value. Voxels within 2 of a component that is kept are no rim,
 /// so its surface and the gradient there stay as they are.
 ///
-/// Components are connected by faces, edges and corners. Memory is 12 bytes for each run of voxels along x.
+/// Components are connected by faces, edges and corners. Memory is some 20 bytes for each run of voxels along x.
 ///
 /// # Errors
 /// [`PrepareError::Unprepared`] if `volume` does not come from [`prepare`](super::prepare).
@@ -102,124 +94,27 @@ pub fn keep_components(volume: &mut Volume, iso: f64, keep: Keep) -> Result<Comp
     }
     let Ok(threshold) = u16::try_from(low) else { return Ok(ComponentsReport::default()) };
 
-    let runs = Runs::find(samples, dims, threshold)?;
-    let mut joined = runs.join();
-    let (report, keeps) = choose(&runs, &mut joined, keep);
+    let runs = find(samples, dims, threshold)?;
+    let (report, keeps) = choose(&runs, &runs.join(), keep);
     if report.kept < report.found {
         lower(samples, dims, &runs, &keeps);
     }
     Ok(report)
 }
 
-/// Inside voxels `start..end` along a row.
-#[derive(Clone, Copy)]
-struct Run {
-    start: u32,
-    end: u32,
-}
-
-/// All runs, row by row, layer by layer.
-struct Runs {
-    runs: Vec<Run>,
-    /// Where the runs of row `y + ny · z` begin; one more at the end.
-    rows: Vec<u32>,
-    ny: usize,
-    nz: usize,
-}
-
-impl Runs {
-    fn find(samples: &[u16], [nx, ny, nz]: [usize; 3], threshold: u16) -> Result<Runs, PrepareError> {
-        let layers: Vec<(Vec<Run>, Vec<u32>)> = samples
-            .par_chunks_exact(nx * ny)
-            .map(|layer| {
-                let (mut runs, mut counts) = (Vec::new(), Vec::with_capacity(ny));
-                for row in layer.chunks_exact(nx) {
-                    let before = runs.len();
-                    row_runs(row, threshold, &mut runs);
-                    counts.push((runs.len() - before) as u32);
-                }
-                (runs, counts)
-            })
-            .collect();
-        let all: usize = layers.iter().map(|(runs, _)| runs.len()).sum();
-        let too_many = || PrepareError::TooLarge { dims: [nx, ny, nz] };
-        if nx > u32::MAX as usize || all >= u32::MAX as usize {
-            return Err(too_many());
-        }
-        let (mut runs, mut rows) = (Vec::new(), Vec::with_capacity(ny * nz + 1));
-        runs.try_reserve_exact(all).map_err(|_| too_many())?;
-        rows.push(0);
-        let mut up_to = 0;
-        for (layer, counts) in layers {
-            runs.extend(layer);
-            rows.extend(counts.into_iter().map(|n| {
-                up_to += n;
-                up_to
-            }));
-        }
-        Ok(Runs { runs, rows, ny, nz })
+/// The runs of samples of at least `threshold`.
+fn find(samples: &[u16], [nx, ny, nz]: [usize; 3], threshold: u16) -> Result<Runs, PrepareError> {
+    let too_many = || PrepareError::TooLarge { dims: [nx, ny, nz] };
+    if nx > u32::MAX as usize {
+        return Err(too_many());
     }
-
-    /// The runs of a row, by number.
-    fn row(&self, y: usize, z: usize) -> Range<usize> {
-        let row = y + self.ny * z;
-        self.rows[row] as usize..self.rows[row + 1] as usize
-    }
-
-    /// The runs of layers `z`.
-    fn layers(&self, z: Range<usize>) -> Range<usize> {
-        self.rows[self.ny * z.start] as usize..self.rows[self.ny * z.end] as usize
-    }
-
-    /// Joins what touches.
-    fn join(&self) -> Joined {
-        let mut parents: Vec<u32> = (0..self.runs.len() as u32).collect();
-        let mut slabs = Vec::with_capacity(self.nz.div_ceil(SLAB));
-        let mut rest = &mut parents[..];
-        for z in (0..self.nz).step_by(SLAB) {
-            let layers = z..self.nz.min(z + SLAB);
-            let runs = self.layers(layers.clone());
-            let (slab, others) = rest.split_at_mut(runs.len());
-            rest = others;
-            slabs.push((layers, runs.start, slab));
-        }
-        slabs.into_par_iter().for_each(|(layers, first, parents)| {
-            let mut sets = Sets { parents, first };
-            for z in layers.clone() {
-                for y in 0..self.ny {
-                    if y > 0 {
-                        self.touch(&mut sets, self.row(y, z), self.row(y - 1, z));
-                    }
-                    if z > layers.start {
-                        self.touch_layer_below(&mut sets, y, z);
-                    }
-                }
-            }
-        });
-        let mut sets = Sets { parents: &mut parents, first: 0 };
-        for z in (SLAB..self.nz).step_by(SLAB) {
-            (0..self.ny).for_each(|y| self.touch_layer_below(&mut sets, y, z));
-        }
-        Joined(parents)
-    }
-
-    fn touch_layer_below(&self, sets: &mut Sets<'_>, y: usize, z: usize) {
-        for below in y.saturating_sub(1)..self.ny.min(y + 2) {
-            self.touch(sets, self.row(y, z), self.row(below, z - 1));
-        }
-    }
-
-    /// Joins the runs of two neighbouring rows that overlap or meet at a corner.
-    fn touch(&self, sets: &mut Sets<'_>, a: Range<usize>, b: Range<usize>) {
-        let (mut i, mut j) = (a.start, b.start);
-        while i < a.end && j < b.end {
-            let (p, q) = (self.runs[i], self.runs[j]);
-            if p.start <= q.end && q.start <= p.end {
-                sets.join(i, j);
-            }
-            if p.end < q.end { i += 1 } else { j += 1 }
-        }
-    }
+    let of_layer = |layer: &[u16]| {
+        let mut runs = LayerRuns::default();
+        layer.chunks_exact(nx).for_each(|row| runs.row(|runs| row_runs(row, threshold, runs)));
+        runs
+    };
+    let layers = samples.par_chunks_exact(nx * ny).map(of_layer).collect();
+    Runs::new(ny, layers).ok_or_else(too_many)
 }
 
 /// Appends the runs of a row.
@@ -245,53 +140,19 @@ fn row_runs(row: &[u16], threshold: u16, runs: &mut Vec<Run>) {
     flip(row.len(), false);
 }
 
-/// Disjoint sets of runs `first..`; the smallest number of a set is its root.
-struct Sets<'a> {
-    parents: &'a mut [u32],
-    first: usize,
-}
-
-impl Sets<'_> {
-    fn root(&mut self, run: usize) -> usize {
-        let mut run = run - self.first;
-        loop {
-            let parent = self.parents[run] as usize - self.first;
-            if parent == run {
-                return run + self.first;
-            }
-            // Halve the path on the way.
-            self.parents[run] = self.parents[parent];
-            run = parent;
-        }
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) - self.first] = a.min(b) as u32;
-    }
-}
-
-/// Parents of all runs; none is larger than its child.
-struct Joined(Vec<u32>);
-
 /// Decides, and says for each run whether it is kept.
-fn choose(runs: &Runs, joined: &mut Joined, keep: Keep) -> (ComponentsReport, Vec<bool>) {
-    let Joined(parents) = joined;
-    // Parents come first: one sweep makes each point to its root.
-    for run in 0..parents.len() {
-        parents[run] = parents[parents[run] as usize];
-    }
+fn choose(runs: &Runs, roots: &[u32], keep: Keep) -> (ComponentsReport, Vec<bool>) {
     // Roots, numbered in order, and their sizes.
     let mut sizes: Vec<(u32, u64)> = Vec::new();
-    let mut number = vec![0u32; parents.len()];
-    for (run, (&root, extent)) in parents.iter().zip(&runs.runs).enumerate() {
+    let mut number = vec![0u32; roots.len()];
+    for (run, (&root, extent)) in roots.iter().zip(runs.all()).enumerate() {
         if root as usize == run {
             number[run] = sizes.len() as u32;
             sizes.push((root, 0));
         } else {
             number[run] = number[root as usize];
         }
-        sizes[number[run] as usize].1 += u64::from(extent.end - extent.start);
+        sizes[number[run] as usize].1 += extent.voxels().len() as u64;
     }
     let mut order: Vec<u32> = (0..sizes.len() as u32).collect();
     order.sort_unstable_by_key(|&c| (std::cmp::Reverse(sizes[c as usize].1), c));
@@ -331,7 +192,7 @@ fn lower(samples: &mut [u16], [nx, ny, nz]: [usize; 3], runs: &Runs, keeps: &[bo
                 dropped.fill(false);
                 kept.fill(false);
                 for run in near().flat_map(|(y, z)| runs.row(y, z)) {
-                    let Run { start, end } = runs.runs[run];
+                    let Run { start, end } = runs.all()[run];
                     let reach = (start as usize).saturating_sub(RIM)..nx.min(end as usize + RIM);
                     let mask = if keeps[run] { &mut *kept } else { &mut *dropped };
                     mask[reach].fill(true);
@@ -343,7 +204,7 @@ fn lower(samples: &mut [u16], [nx, ny, nz]: [usize; 3], runs: &Runs, keeps: &[bo
                 }
                 // Components may lie within each other's rims.
                 for run in runs.row(y, z).filter(|run| !keeps[*run]) {
-                    row[runs.runs[run].start as usize..runs.runs[run].end as usize].fill(0);
+                    row[runs.all()[run].voxels()].fill(0);
                 }
             }
         },

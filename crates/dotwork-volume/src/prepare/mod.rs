@@ -56,7 +56,7 @@ pub struct Preparation {
     pub isotropic: Option<f64>,
     /// The standard deviation of the Gaussian, in units of the source's largest spacing (of 4 times its smallest, if
     /// that is less), 0…8; the same in all directions of the world. `None`: 0.5. 0: off. The thickness of a single
-    /// slice is not among the spacings.
+    /// slice is not among the spacings, and across a slice nothing is smoothed.
     pub smooth: Option<f64>,
     /// The part to keep, in shares 0…1 of the box of voxels along x, y and z (the file's, x fastest): voxels with
     /// their centres in it, at least one. `None`: all.
@@ -176,7 +176,12 @@ pub fn prepare(
     let affine = grid.affine(volume.affine());
     let sigma = smooth * smoothing_unit(volume);
     let spacing = affine.spacing();
-    let weights = [0, 1, 2].map(|a| Weights::new(&grid.0[a], sigma / spacing[a], preparation.cap));
+    let weights = [0, 1, 2].map(|a| {
+        let axis = &grid.0[a];
+        // A slice may be said to be so thin that the Gaussian across it would never end.
+        let sigma = if axis.kept > 1 { sigma / spacing[a] } else { 0.0 };
+        Weights::new(axis, sigma, preparation.cap)
+    });
     let scaling = Scaling { slope: high / STEPS - low / STEPS, intercept: low };
 
     let mut result = zeros(grid.dims())?;

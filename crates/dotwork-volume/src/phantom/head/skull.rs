@@ -124,7 +124,7 @@ pub(super) fn bone(p: Vec3) -> f32 {
 /// Cervical vertebrae: bodies with discs between, arches, transverse and spinous processes.
 fn vertebrae(m: Vec3) -> f32 {
     const PITCH: f32 = 18.0;
-    // One vertebra a pitch; the two nearest are enough.
+    // One vertebra a pitch; the nearest and its neighbours are enough.
     let nearest = ((-44.0 - m.z) / PITCH).round().clamp(0.0, 5.0);
     let mut d = f32::INFINITY;
     for n in [nearest - 1.0, nearest, nearest + 1.0] {

@@ -31,7 +31,7 @@ const BITE: f32 = -53.0;
 
 /// The point of an arch with half axes `a`, `b` at arc length `s` from its front, and the direction along it.
 fn on_arch(a: f32, b: f32, y: f32, s: f32) -> (Vec2, Vec2) {
-    // Steps of half a millimetre: seven teeth are placed once a call of `teeth`' constant tables.
+    // Steps of half a millimetre; the teeth are placed only once.
     let mut at = vec2(0.0, -b);
     let mut along = vec2(1.0, 0.0);
     let steps = (s * 2.0).ceil().max(1.0);
