@@ -1,11 +1,13 @@
 //! What was typed: the command line, its help, and the checks that need nothing but the words themselves.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use dotwork::drawing::page::parse_paper_mm;
 use dotwork::io::volume::RawLayout;
-use dotwork::{Camera, Color, Length, Light, LightFrame, Page, ScaleBar, Stipples, Style, UpAxis};
+use dotwork::{
+    Camera, Color, Length, Light, LightFrame, Page, ScaleBar, Stipples, Style, UpAxis, resolve_palette,
+};
 
 /// The whole command line.
 #[derive(Parser)]
@@ -170,6 +172,18 @@ pub struct InputArgs {
     #[arg(long, value_name = "SERIES", help_heading = "Input")]
     pub series: Option<String>,
 
+    /// the values of a volume are labels, each an object: auto, or a table of
+    /// their names and colours (ITK-SNAP, Slicer, FreeSurfer) [default: only if
+    /// the file says so]
+    #[arg(long, value_name = "auto|FILE", help_heading = "Input")]
+    pub labels: Option<PathBuf>,
+
+    /// see a volume through a transfer function: FILE.toml, Slicer's .xml or
+    /// .vp, or FILE.xml#NAME; each of its steps becomes a surface
+    /// [default: none]
+    #[arg(long, value_name = "FILE[#NAME]", conflicts_with = "labels", help_heading = "Input")]
+    pub transfer: Option<String>,
+
     /// draw the surface in a volume where its value is V; dotwork info shows the
     /// values [default: that of a feature, see --set feature]
     #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = parse_iso, help_heading = "Input")]
@@ -332,6 +346,9 @@ pub struct InfoArgs {
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
 
+    #[command(flatten)]
+    pub style: StyleArgs,
+
     /// draw all features of a volume on a contact sheet (.png)
     #[arg(long, value_name = "FILE.png")]
     pub sheet: Option<PathBuf>,
@@ -422,7 +439,15 @@ fn parse_threads(s: &str) -> Result<usize, String> {
 }
 
 fn parse_set(s: &str) -> Result<String, String> {
-    Style::default().set_pair(s).map(|()| s.to_string())
+    let palette = s.split_once('=').filter(|(key, _)| key.trim() == "palette");
+    let s = match palette {
+        Some((_, value)) => {
+            let list = resolve_palette(Path::new(""), value).map_err(|e| e.to_string())?;
+            format!("palette={list}")
+        }
+        None => s.to_string(),
+    };
+    Style::default().set_pair(&s).map(|()| s)
 }
 
 fn parse_pen(s: &str) -> Result<Length, String> {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use dotwork::{
-    Artist, Drawing, Format, LoadOptions, Loaded, Page, Raster, Rasterizer, Scene, Stipples, Style, Warnings,
+    Artist, Drawing, Format, Loaded, Page, Raster, Rasterizer, Scene, Stipples, Style, Warnings,
     encode_drawing, load_with, prepare,
 };
 use serde_json::{Value, json};
@@ -97,7 +97,7 @@ fn measure(
     report: &mut Report,
 ) -> Result<Measured, Failure> {
     let mut warnings = Warnings::new();
-    let options = LoadOptions { raw: args.input.raw.clone(), series: args.input.series.clone() };
+    let options = args.input.load();
     let (load, loaded) = Cost::of(|| load_with(input, &options, &mut warnings));
     let (surface, file) = match loaded? {
         Loaded::Mesh(file) => (None, *file),
@@ -109,7 +109,7 @@ fn measure(
             };
             (Some(cost), file)
         }
-        Loaded::Scene { .. } | Loaded::Plate(_) => {
+        Loaded::Scene { .. } | Loaded::Plate(_) | Loaded::SceneFile(_) => {
             return Err(Failure::Run(format!(
                 "{}: is a whole scene; the benchmark starts from meshes and volumes",
                 input.display()

@@ -1,11 +1,11 @@
 //! What the options mean for a style and for a scene.
 
-use dotwork::drawing::{Page, UpAxis};
-use dotwork::ink::PRESETS;
-use dotwork::volume::Space;
-use dotwork::{Length, LoadOptions, Scene, Stipples, Style, preset, read_style};
+use std::path::Path;
 
-use crate::args::{BakeMethod, SceneArgs, StyleArgs};
+use dotwork::ink::PRESETS;
+use dotwork::{LoadOptions, Scene, Settings, Stipples, Style, preset, read_style};
+
+use crate::args::{BakeMethod, InputArgs, SceneArgs, StyleArgs};
 use crate::report::Failure;
 
 /// Options checked: the style is read, the page can be drawn.
@@ -21,7 +21,7 @@ impl<'a> Options<'a> {
     /// Checks everything that can be checked before an input is read.
     pub fn new(args: &'a SceneArgs) -> Result<Options<'a>, Failure> {
         let style = named_style(&args.style)?;
-        let load = LoadOptions { raw: args.input.raw.clone(), series: args.input.series.clone() };
+        let load = args.input.load();
         let options = Options { args, style, load };
         options.apply(&mut Scene::default())?;
         Ok(options)
@@ -30,7 +30,44 @@ impl<'a> Options<'a> {
     /// The style of an object whose own style is `own`.
     pub fn style(&self, own: &Style) -> Style {
         let mut style = self.style.as_ref().unwrap_or(own).clone();
-        set_keys(&mut style, &self.args.style);
+        self.finish(&mut style);
+        style
+    }
+
+    /// Puts camera, light, page, seed and stipples into a scene, over what it has.
+    pub fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let args = self.args;
+        let settings = Settings {
+            camera: args.camera.clone(),
+            ortho: args.ortho.then_some(true),
+            zoom: args.zoom,
+            up: args.up,
+            light: args.light.map(|l| [l.azimuth, l.elevation]),
+            light_frame: args.light_frame,
+            size_px: args.size,
+            paper_mm: args.page,
+            margin: args.margin,
+            dpi: args.dpi,
+            stipples: args.stipples,
+            seed: args.seed,
+            scale_bar: args.scale_bar,
+            pens_mm: if args.pen.is_some() {
+                Some(Vec::new())
+            } else {
+                Some(args.pens.clone()).filter(|pens| !pens.is_empty())
+            },
+        };
+        settings.apply(scene).map_err(|e| Failure::Usage(format!("--{}: {}", e.setting, e.reason)))
+    }
+
+    /// The style that takes the place of those that a scene's objects name, if one is asked for.
+    pub fn base(&self) -> Option<&Style> {
+        self.style.as_ref()
+    }
+
+    /// Puts what options say of single keys over a style.
+    pub fn finish(&self, style: &mut Style) {
+        set_keys(style, &self.args.style);
         if let Some(pen) = self.args.pen {
             style.use_pen(pen);
         }
@@ -42,66 +79,6 @@ impl<'a> Options<'a> {
             Some(BakeMethod::Voxel) => style.bake = dotwork::ink::BakeMethod::Voxel,
             None => {}
         }
-        style
-    }
-
-    /// Puts camera, light, page, seed and stipples into a scene, over what it has.
-    pub fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
-        let args = self.args;
-        let space = scene.world().space;
-        let camera = &mut scene.camera;
-        camera.ortho |= args.ortho;
-        camera.zoom = args.zoom.unwrap_or(camera.zoom);
-        camera.up = args.up.unwrap_or(camera.up);
-        if let Some(direction) = &args.camera {
-            // Checked when it was parsed; only the patient's directions may not fit this scene.
-            if space == Space::Patient && camera.up == UpAxis::Z {
-                camera.set_patient_direction(direction).map_err(Failure::Usage)?;
-            } else if camera.set_direction(direction).is_err() && !scene.objects.is_empty() {
-                return Err(Failure::Usage(format!(
-                    "--camera {direction} needs a volume that declares its orientation, and z up"
-                )));
-            }
-        }
-        if let Some(l) = args.light {
-            (scene.light.azimuth, scene.light.elevation) = (l.azimuth, l.elevation);
-        }
-        scene.light.frame = args.light_frame.unwrap_or(scene.light.frame);
-        scene.seed = args.seed.unwrap_or(scene.seed);
-        scene.stipples = args.stipples.unwrap_or(scene.stipples);
-        scene.page = self.page(scene.page).map_err(Failure::Usage)?;
-        if let Some(bar) = args.scale_bar {
-            scene.scale_bar = Some(bar);
-        }
-        if !args.pens.is_empty() {
-            scene.pens = args.pens.clone();
-            scene.pens.sort_by(f32::total_cmp);
-            scene.pens.dedup();
-        }
-        if args.pen.is_some() {
-            scene.pens.clear();
-        }
-        // Before an input is read nothing is known of its size and, for plates, of its view.
-        if !scene.objects.is_empty() {
-            scene.scale_bar_strokes().map_err(|e| Failure::Usage(format!("--scale-bar: {e}")))?;
-        }
-        Ok(())
-    }
-
-    /// The page asked for, over the page there is. A margin that is not asked for keeps its millimetres.
-    fn page(&self, old: Page) -> Result<Page, String> {
-        let args = self.args;
-        let dpi = args.dpi.unwrap_or(old.dpi);
-        let margin = args.margin.unwrap_or(Length::mm(old.margin_px * old.mm_per_px()));
-        let mut page = match (args.page, args.size) {
-            (Some((width, height)), _) => Page::millimetres(width, height, dpi)?,
-            (None, Some([width, height])) => Page { dpi, ..Page::pixels(width, height)? },
-            (None, None) => Page { dpi, margin_px: 0.0, ..old },
-        };
-        // An old margin in pixels that did not change stays exactly as it was.
-        let unchanged = args.margin.is_none() && dpi == old.dpi;
-        page.margin_px = if unchanged { old.margin_px } else { margin.to_px(&page) };
-        page.checked()
     }
 
     /// How inputs are read.
@@ -125,9 +102,36 @@ impl<'a> Options<'a> {
     }
 }
 
+impl InputArgs {
+    /// How inputs are read.
+    pub fn load(&self) -> LoadOptions {
+        let (transfer, transfer_name) = match self.transfer.as_deref() {
+            None => (None, None),
+            Some(text) => match text.rsplit_once('#') {
+                // A file may have that character in its name.
+                Some((file, name)) if !Path::new(text).exists() => (Some(file.into()), Some(name.into())),
+                _ => (Some(text.into()), None),
+            },
+        };
+        LoadOptions {
+            raw: self.raw.clone(),
+            series: self.series.clone(),
+            labels: self.labels.clone(),
+            label: None,
+            transfer,
+            transfer_name,
+        }
+    }
+}
+
 /// The style that `--style` and `--set` ask for; without them the default one.
 pub fn chosen_style(args: &StyleArgs) -> Result<Style, Failure> {
-    let mut style = named_style(args)?.unwrap_or_default();
+    chosen_style_over(args, Style::default())
+}
+
+/// The style that `--style` and `--set` ask for; `own`, if `--style` names none.
+pub fn chosen_style_over(args: &StyleArgs, own: Style) -> Result<Style, Failure> {
+    let mut style = named_style(args)?.unwrap_or(own);
     set_keys(&mut style, args);
     Ok(style)
 }

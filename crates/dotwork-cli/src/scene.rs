@@ -32,6 +32,21 @@ pub fn open(
                     "{input}: a plate is drawn again alone, without other inputs"
                 )));
             }
+            Loaded::SceneFile(file) if inputs.len() == 1 => {
+                output::keep(&file.inputs(), output)?;
+                let (made, notes) =
+                    file.scene(options.base(), &|style| options.finish(style), &mut warnings)?;
+                for note in notes {
+                    report.summary(&format!("{}: {note}", input.display()));
+                }
+                scene = made;
+            }
+            Loaded::SceneFile(_) => {
+                let input = input.display();
+                return Err(Failure::Usage(format!(
+                    "{input}: a scene file is drawn alone, without other inputs; it may include others"
+                )));
+            }
             loaded @ (Loaded::Mesh(_) | Loaded::Volume(_)) => {
                 let style = options.style(&Style::default());
                 for mesh in loaded.into_meshes(&style, options.iso(), &mut warnings)? {

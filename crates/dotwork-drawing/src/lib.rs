@@ -3,7 +3,7 @@
 //! * [`Page`] and [`Length`]: how large the picture is, in pixels and in millimetres;
 //! * [`Camera`] and [`View`]: where the eye stands, and the projection that follows;
 //! * [`Light`]: where the light comes from, relative to the viewer or to the object;
-//! * [`Color`]: sRGB colours and linear light;
+//! * [`Color`]: sRGB colours and linear light; [`ColorSpace`] and [`Palette`]: how they are mixed;
 //! * [`Drawing`], [`Layer`], [`Dots`]: the finished picture as marks on a page, which raster, vector, film and
 //!   window all consume;
 //! * [`hash`]: randomness as a pure function of integers;
@@ -14,16 +14,20 @@
 
 pub mod camera;
 pub mod color;
+pub mod color_space;
 pub mod hash;
 pub mod lettering;
 pub mod light;
 pub mod marks;
 pub mod page;
+pub mod palette;
 pub mod warnings;
 
 pub use camera::{Camera, Projection, UpAxis, View};
 pub use color::Color;
+pub use color_space::ColorSpace;
 pub use light::{Light, LightFrame};
 pub use marks::{Dots, Drawing, Image, Layer, StrokeKind, Strokes};
 pub use page::{Length, Page, Unit};
+pub use palette::Palette;
 pub use warnings::{Warning, Warnings};

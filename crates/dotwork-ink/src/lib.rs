@@ -10,6 +10,7 @@
 
 pub mod bake;
 pub mod calibrate;
+pub mod coloring;
 mod coverage;
 #[allow(clippy::approx_constant, reason = "measured numbers may come close to any constant")]
 mod coverage_table;
@@ -22,11 +23,13 @@ mod surface;
 pub mod tone;
 
 pub use bake::{BakeSettings, MAX_STIPPLES, blue_noise};
+pub use coloring::ColorTable;
 pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{
-    BakeMethod, Clip, Crop, Factors, Fade, FeatureChoice, Fraction, GradientMin, Inked, Keep, Kind, PARAMS,
-    Param, SilhouetteForm, SizeMax, Style, TwoSided, Visibility, Window, find_param,
+    BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
+    Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Role, SilhouetteForm, SizeMax, Style,
+    TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
 pub use stock::{Baked, Elements, Stock, Vectors};

@@ -73,6 +73,11 @@ pub const PRESETS: &[Preset] = &[
         make: microscopy,
     },
     Preset {
+        name: "outline",
+        summary: "Lines alone: outlines, borders and sharp edges; --set dots=true adds the dots.",
+        make: outline,
+    },
+    Preset {
         name: "flat",
         summary: "For measuring: one uniform tone (--set tone=0.3), every other factor off.",
         make: flat,
@@ -201,12 +206,17 @@ fn industrial() -> Style {
         gamma: 1.4,
         silhouette: 0.15,
         outline: Length::percent(0.26),
+        creases: true,
         ..Style::default()
     }
 }
 
 fn microscopy() -> Style {
     Style { smooth: 1.5, dot_size: Length::percent(0.18), silhouette: 0.4, ..Style::default() }
+}
+
+fn outline() -> Style {
+    Style { dots: false, creases: true, ..Style::default() }
 }
 
 fn flat() -> Style {

@@ -1,17 +1,18 @@
 //! The CPU backend: the readable reference that every other backend is compared with.
 
-use dotwork_drawing::{Dots, Drawing, Layer, Page, View};
-use dotwork_ink::{Stock, Style, Visibility};
+use dotwork_drawing::{Dots, Drawing, Page, View};
+use dotwork_ink::lines::{SurfaceLines, VoxelCurves};
+use dotwork_ink::{Stock, Style};
 use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::depth::DepthBuffer;
 use crate::elements::{Asked, ElementSelector, ask};
-use crate::outline::Outliner;
+use crate::hiding::{Hidden, Hiding};
+use crate::layers::{Layers, Painter};
+use crate::outline::{CurveDrawer, Outliner};
 use crate::plan::InkPlan;
-use crate::select::{Selector, two_sided};
-use crate::veil::{Body, Veil};
+use crate::select::Selector;
 
 /// Stipples a chunk looks at: enough to be worth a task, few enough to share.
 const CHUNK: usize = 4096;
@@ -29,8 +30,10 @@ pub struct Subject<'a> {
     pub name: &'a str,
     /// Its surface, which also hides.
     pub mesh: &'a Mesh,
-    /// The borders of its surface, drawn with the outline; see [`Mesh::borders`].
-    pub borders: &'a [Vec<u32>],
+    /// The borders and creases of its surface, drawn with the outline.
+    pub lines: &'a SurfaceLines,
+    /// The voxels of its silhouette curves, which take the place of its outline.
+    pub curves: Option<&'a VoxelCurves>,
     /// Its stipples.
     pub stock: &'a Stock,
     /// Its style.
@@ -53,13 +56,15 @@ pub struct Frame<'a> {
 }
 
 /// Draws frames on the CPU. Memory is kept from frame to frame: after the first frame of a scene no list grows while
-/// the number of dots does not; what is left is the thread pool's own hand-over of work.
+/// the number of dots does not; what is left is the thread pool's own hand-over of work, and what lines of sight cross in
+/// translucent bodies, which is gathered anew.
 #[derive(Default)]
 pub struct CpuBackend {
-    depth: DepthBuffer,
+    hiding: Hiding,
     chunks: Vec<Dots>,
+    painter: Painter,
     outliner: Outliner,
-    veil: Veil,
+    curves: CurveDrawer,
     /// What each element of the object at work asks for.
     asked: Vec<Asked>,
 }
@@ -70,14 +75,17 @@ impl CpuBackend {
         CpuBackend::default()
     }
 
-    /// Draws a frame into `drawing`, whose layers become one for each subject.
+    /// Draws a frame into `drawing`. Its layers become, for each subject in turn: one; or one for each colour of its dots
+    /// (see [`dotwork_ink::ColorTable::colors`]), and one for its lines if there are any and they have a colour of their
+    /// own.
     pub fn frame(&mut self, frame: &Frame, drawing: &mut Drawing) {
-        self.prepass(frame);
+        self.hiding.draw(frame);
         drawing.page = *frame.page;
-        drawing.layers.truncate(frame.subjects.len());
+        let mut layers = Layers::new(&mut drawing.layers);
         for (k, subject) in frame.subjects.iter().enumerate() {
             let mut chunks = std::mem::take(&mut self.chunks);
             let count = match subject.plan.by_elements() {
+                _ if !subject.style.dots => 0,
                 true => self.select_elements(frame, k, &mut chunks),
                 false => {
                     let selector = self.selector(frame, k);
@@ -87,30 +95,26 @@ impl CpuBackend {
                     in_chunks(end, &mut chunks, |range, dots| selector.select(range, dots))
                 }
             };
-            if drawing.layers.len() <= k {
-                drawing.layers.push(Layer {
-                    object: subject.name.to_string(),
-                    color: subject.style.color,
-                    ..Layer::default()
-                });
+            match &subject.plan.colors {
+                None => {
+                    let dots = &mut layers.add(subject, subject.style.color).dots;
+                    chunks[..count].iter().for_each(|chunk| dots.extend_from(chunk));
+                }
+                Some(table) => self.painter.paint(table, subject, frame, &chunks[..count], &mut layers),
             }
-            let layer = &mut drawing.layers[k];
-            if layer.object != subject.name {
-                layer.object = subject.name.to_string();
-            }
-            layer.color = subject.style.color;
-            layer.dots.clear();
-            chunks[..count].iter().for_each(|dots| layer.dots.extend_from(dots));
             self.chunks = chunks;
-            layer.strokes.clear();
-            if subject.style.outlines {
-                let depth = (subject.style.visibility == Visibility::Solid).then_some(&self.depth);
-                let veil = depth.and(self.veil.thinning());
+            let layer = layers.for_lines(subject);
+            if let Some(curves) = subject.curves {
+                let (hidden, id_base) = (self.hiding.of(subject.style), (k as u64) << STIPPLE_BITS);
+                let on = (frame.view, frame.page);
+                self.curves.draw(curves, subject.style, on, hidden, id_base, &mut layer.strokes);
+            } else if subject.style.outlines {
+                let Hidden { depth, veil, .. } = self.hiding.of(subject.style);
                 let id_base = (k as u64) << STIPPLE_BITS;
                 let Frame { view, page, .. } = *frame;
                 self.outliner.draw(
                     subject.mesh,
-                    subject.borders,
+                    subject.lines,
                     subject.style,
                     view,
                     page,
@@ -120,20 +124,22 @@ impl CpuBackend {
                     &mut layer.strokes,
                 );
             }
+            layers.close_lines(subject);
         }
+        layers.finish();
     }
 
     /// Draws an object whose elements have counts into `chunks`, and returns how many it filled.
     fn select_elements(&mut self, frame: &Frame, k: usize, chunks: &mut Vec<Dots>) -> usize {
         let subject = &frame.subjects[k];
-        let least = ask(subject, frame, &mut self.asked);
-        let solid = subject.style.visibility == Visibility::Solid;
+        let hidden = self.hiding.of(subject.style);
+        let least = ask(subject, frame, &hidden, &mut self.asked);
         let selector = ElementSelector {
             stock: subject.stock,
             plan: subject.plan,
             view: frame.view,
             page: frame.page,
-            depth: solid.then_some(&self.depth),
+            depth: hidden.depth,
             asked: &self.asked,
             id_base: (k as u64) << STIPPLE_BITS,
         };
@@ -149,7 +155,7 @@ impl CpuBackend {
         let (mut lacking, mut all) = (0.0, 0.0);
         for (k, subject) in frame.subjects.iter().enumerate() {
             // Lists of elements hold all that can be asked of them.
-            if subject.plan.by_elements() {
+            if subject.plan.by_elements() || !subject.style.dots {
                 continue;
             }
             let selector = self.selector(frame, k);
@@ -175,10 +181,10 @@ impl CpuBackend {
     /// thousandth of its visible page area then finds the dots its tone asks for. A stock that has lists for elements
     /// needs what it has.
     pub fn stipples_needed(&mut self, frame: &Frame, subject: usize) -> usize {
-        if frame.subjects[subject].plan.by_elements() {
+        if frame.subjects[subject].plan.by_elements() || !frame.subjects[subject].style.dots {
             return frame.subjects[subject].stock.len();
         }
-        self.prepass(frame);
+        self.hiding.draw(frame);
         let selector = self.selector(frame, subject);
         let Subject { stock, plan, .. } = frame.subjects[subject];
         let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
@@ -198,23 +204,6 @@ impl CpuBackend {
         densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize)
     }
 
-    /// Draws what hides: opaque surfaces into the depth buffer, translucent bodies into the veil.
-    fn prepass(&mut self, frame: &Frame) {
-        self.depth.clear(frame.page.width, frame.page.height);
-        let mut bodies = Vec::new();
-        for subject in frame.subjects.iter().filter(|s| s.style.visibility == Visibility::Solid) {
-            let (mesh, occlusion) = (subject.mesh, subject.style.occlusion);
-            if occlusion < 1.0 {
-                let opacity = 8.0 * occlusion / (1.0 - occlusion) / frame.view.radius;
-                bodies.push(Body { mesh, opacity });
-            } else {
-                let culled = mesh.closed && !two_sided(subject.style, true);
-                self.depth.draw(mesh, frame.view, culled);
-            }
-        }
-        self.veil.draw(&bodies, frame.view, frame.page.width, frame.page.height);
-    }
-
     fn selector<'a>(&'a self, frame: &'a Frame, k: usize) -> Selector<'a> {
         let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];
         let id_base = (k as u64) << STIPPLE_BITS;
@@ -226,8 +215,7 @@ impl CpuBackend {
             frame.view,
             frame.page,
             frame.light,
-            &self.depth,
-            &self.veil,
+            self.hiding.of(style),
             id_base,
         )
     }

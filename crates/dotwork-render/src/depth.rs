@@ -186,6 +186,24 @@ impl DepthBuffer {
         hidden > 0.5
     }
 
+    /// The share of the four pixel centres around a place, as by linear interpolation, at which a surface lies behind it.
+    #[inline]
+    pub fn covers_behind(&self, view: &View, x: f32, y: f32, depth: f32) -> f32 {
+        let gx = (x - 0.5).max(0.0).min(self.width as f32 - 1.0);
+        let gy = (y - 0.5).max(0.0).min(self.height as f32 - 1.0);
+        let (column, row) = (gx as usize, gy as usize);
+        let (tx, ty) = (gx - column as f32, gy - row as f32);
+        let (right, below) = ((column + 1).min(self.width - 1), (row + 1).min(self.height - 1));
+        let near = nearness(view, depth);
+        let behind = |c: usize, r: usize| {
+            let q = f32::from_bits(self.nearness[r * self.width + c].load(Relaxed));
+            if q > 0.0 && q < near { 1.0 } else { 0.0 }
+        };
+        let top = behind(column, row) * (1.0 - tx) + behind(right, row) * tx;
+        let bottom = behind(column, below) * (1.0 - tx) + behind(right, below) * tx;
+        top * (1.0 - ty) + bottom * ty
+    }
+
     /// True if a place on an outline is hidden: if there is something nearer at all nine pixel centres around it and
     /// at all pixels up to `reach` pixels `outwards`, a direction on the page. Along an outline the pixels on its one
     /// side show the line's own surface and on the other what lies behind; where the mesh is coarse, a bit further out.

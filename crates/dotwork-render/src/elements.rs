@@ -8,10 +8,12 @@ use dotwork_drawing::{Dots, Page, View};
 use dotwork_ink::bake::{rank_of, spacing_of};
 use dotwork_ink::tone::{Viewing, count, random_of, small};
 use dotwork_ink::{Fade, Fraction, Stock, TwoSided, Visibility};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::backend::{Frame, Subject};
 use crate::depth::{DepthBuffer, GRAZING};
+use crate::hiding::Hidden;
 use crate::plan::InkPlan;
 
 /// Beyond the smallest cosine that is drawn, counts rise over this much of it, so that nothing pops as elements turn.
@@ -28,11 +30,11 @@ pub(crate) struct Asked {
     radius: f32,
 }
 
-/// Works out what the elements of a subject ask for; returns the least of their spacings.
+/// Works out what the elements of a subject ask for, thinned by what `hiding` knows; returns the least of their spacings.
 ///
 /// # Panics
 /// If the subject has no elements or was not planned for them.
-pub(crate) fn ask(subject: &Subject, frame: &Frame, asked: &mut Vec<Asked>) -> f32 {
+pub(crate) fn ask(subject: &Subject, frame: &Frame, hiding: &Hidden, asked: &mut Vec<Asked>) -> f32 {
     let Subject { stock, style, plan, .. } = *subject;
     let (Some(elements), Some(papers)) = (&stock.elements, &plan.papers) else {
         unreachable!("elements are asked where there are some")
@@ -53,16 +55,25 @@ pub(crate) fn ask(subject: &Subject, frame: &Frame, asked: &mut Vec<Asked>) -> f
         let cosine = if both { sight.n_dot_e.abs() } else { sight.n_dot_e };
         let rim = front.map_or(1.0, |limit| ((cosine - limit) * (1.0 / RIM)).min(1.0));
         let area = elements.area[e];
-        // Not so for what is no number.
-        if !(rim > 0.0 && area > 0.0) {
+        // Not so for what is no number. Voxels that lie beyond the surface of their feature may lie behind the eye.
+        if !(rim > 0.0 && area > 0.0 && scale > 0.0) {
             return none;
         }
         let (share_drawn, size) = tone.at(e, &sight);
+        let seen = if hiding.thins() {
+            let raised =
+                raised(elements.position.at(e), elements.normal.at(e), elements.reach, frame.view.eye);
+            let (x, y, depth) = frame.view.project(raised);
+            let through = hiding.veil.map_or(1.0, |veil| veil.transmittance(x, y, depth));
+            through * hiding.before_focus(frame.view, x, y, depth)
+        } else {
+            1.0
+        };
         let is_small = match papers.fraction {
             Fraction::Probability => small(area * scale * scale, papers.min_area_px),
             Fraction::Off | Fraction::Ink => 0.0,
         };
-        let count = rim * count(elements.n_max, share_drawn, is_small, random_of(e));
+        let count = rim * count(elements.n_max, seen * share_drawn, is_small, random_of(e));
         if count <= 0.0 || count.is_nan() {
             return none;
         }
@@ -77,6 +88,13 @@ pub(crate) fn ask(subject: &Subject, frame: &Frame, asked: &mut Vec<Asked>) -> f
     (0..elements.len()).into_par_iter().with_min_len(1024).map(one).collect_into_vec(asked);
     // Positive floats are ordered as their bits, and so is infinity.
     f32::from_bits(asked.par_iter().map(|a| a.spacing.to_bits()).min().unwrap_or(f32::INFINITY.to_bits()))
+}
+
+/// Where a place is looked at through other surfaces: elements and their stipples lie off the surface that hides, so it
+/// is raised along the normal, towards the eye, by as much as they may.
+#[inline(always)]
+fn raised(position: Vec3, normal: Vec3, reach: f32, eye: Vec3) -> Vec3 {
+    position + normal * reach.copysign(normal.dot(eye - position))
 }
 
 /// Everything that the stipples of one object share in a frame.
@@ -124,7 +142,8 @@ impl ElementSelector<'_> {
                 continue;
             }
             let (x, y, depth) = self.view.project(self.stock.position.at(i));
-            let on_page = (x >= margin) & (y >= margin) & (x <= right) & (y <= bottom);
+            let before = depth > 0.0 || self.view.is_parallel();
+            let on_page = before & (x >= margin) & (y >= margin) & (x <= right) & (y <= bottom);
             if !on_page || self.hidden(i) {
                 continue;
             }
@@ -139,14 +158,13 @@ impl ElementSelector<'_> {
         }
     }
 
-    /// True if something nearer hides stipple `i`. Stipples lie off the surface, so the place that is tested is raised
-    /// along the normal by as much as they may.
+    /// True if something nearer hides stipple `i`.
     #[inline(always)]
     fn hidden(&self, i: usize) -> bool {
         self.depth.is_some_and(|buffer| {
             let reach = self.stock.elements.as_ref().map_or(0.0, |elements| elements.reach);
             let (position, normal) = (self.stock.position.at(i), self.stock.facet.at(i));
-            let raised = position + normal * reach.copysign(normal.dot(self.view.eye - position));
+            let raised = raised(position, normal, reach, self.view.eye);
             let (x, y, depth) = self.view.project(raised);
             buffer.hides(self.view, x, y, depth, || (normal, raised - self.view.eye))
         })

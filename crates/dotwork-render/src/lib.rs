@@ -12,6 +12,8 @@ mod backend;
 mod bands;
 mod depth;
 mod elements;
+mod hiding;
+mod layers;
 mod outline;
 mod plan;
 mod raster;

@@ -2,7 +2,9 @@
 
 use dotwork_drawing::Page;
 use dotwork_ink::tone::{ElementTone, front_limit};
-use dotwork_ink::{Arrival, Coverage, DensityTable, Factors, Fraction, PapersTone, Stock, Style, Tone};
+use dotwork_ink::{
+    Arrival, ColorTable, Coverage, DensityTable, Factors, Fraction, PapersTone, Stock, Style, Tone,
+};
 use rayon::prelude::*;
 
 /// The tables that turn a place's tone into a decision, for one stock, style and page.
@@ -23,6 +25,8 @@ pub struct InkPlan {
     pub(crate) grow: f32,
     /// The papers' factors, where the style asks for them.
     pub(crate) papers: Option<Papers>,
+    /// The colours of dots, where they have more than one.
+    pub(crate) colors: Option<ColorTable>,
 }
 
 /// What the papers' factors need.
@@ -119,6 +123,7 @@ impl InkPlan {
                 .collect(),
             grow: style.grow,
             papers,
+            colors: ColorTable::new(style),
         }
     }
 

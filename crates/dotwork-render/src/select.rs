@@ -5,9 +5,9 @@ use dotwork_ink::tone::Viewing;
 use dotwork_ink::{Fade, Lit, Stock, Style, Visibility};
 use glam::Vec3;
 
-use crate::depth::{DepthBuffer, GRAZING};
+use crate::depth::GRAZING;
+use crate::hiding::Hidden;
 use crate::plan::InkPlan;
-use crate::veil::Veil;
 
 /// From [`GRAZING`] on dots come in over this much of the cosine, so that nothing pops at the rim: at half a degree a
 /// frame a cosine moves by up to 0.009. The strip is a pixel wide on a page of a thousand; its lost ink is not seen.
@@ -24,7 +24,8 @@ pub(crate) struct Selector<'a> {
     pub page: &'a Page,
     /// Unit vector towards the light.
     pub light: Vec3,
-    pub depth: Option<&'a DepthBuffer>,
+    /// What hides and thins its places.
+    pub hiding: Hidden<'a>,
     /// Back faces are drawn.
     pub two_sided: bool,
     /// Facing away hides.
@@ -33,8 +34,6 @@ pub(crate) struct Selector<'a> {
     pub min_cosine: f32,
     /// What faces away is not drawn.
     pub one_sided: bool,
-    /// What thins places within and behind translucent bodies.
-    pub veil: Option<&'a Veil>,
     /// Ink of the surface's own colours, if it makes a tone.
     pub own: &'a [f32],
     /// Added to every id: the object's number in the high bits.
@@ -105,8 +104,7 @@ impl<'a> Selector<'a> {
         view: &'a View,
         page: &'a Page,
         light: Vec3,
-        depth: &'a DepthBuffer,
-        veil: &'a Veil,
+        hiding: Hidden<'a>,
         id_base: u64,
     ) -> Selector<'a> {
         // Only the papers' lighting limits what is drawn through.
@@ -118,7 +116,7 @@ impl<'a> Selector<'a> {
             view,
             page,
             light,
-            depth: (style.visibility == Visibility::Solid).then_some(depth),
+            hiding,
             two_sided: two_sided(style, closed),
             facing: !through,
             // Among the papers' factors, lighting draws the front only.
@@ -128,7 +126,6 @@ impl<'a> Selector<'a> {
             } else {
                 GRAZING.max(style.front_angle.to_radians().cos())
             },
-            veil: veil.thinning().filter(|_| style.visibility == Visibility::Solid),
             own: if style.texture > 0.0 { &stock.own } else { &[] },
             id_base,
         }
@@ -174,13 +171,19 @@ impl<'a> Selector<'a> {
         }
     }
 
-    /// True if a place faces the eye enough to be drawn and lies on the page inside the margins.
+    /// True if a place lies before the eye, faces it enough to be drawn, and lies on the page inside the margins.
     #[inline(always)]
     fn in_view(&self, p: &Projected) -> bool {
         let margin = self.page.margin_px;
         let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
         let facing = if self.one_sided { p.cosine } else { p.cosine.abs() };
-        (facing >= self.min_cosine) & (p.x >= margin) & (p.y >= margin) & (p.x <= right) & (p.y <= bottom)
+        // Behind the eye, where voxels beyond the scene's sphere may lie, scales are negative.
+        (facing >= self.min_cosine)
+            & (p.scale > 0.0)
+            & (p.x >= margin)
+            & (p.y >= margin)
+            & (p.x <= right)
+            & (p.y <= bottom)
     }
 
     /// The ink (with the papers' factors, the share of a full count) and the dot radius of a place in view.
@@ -208,7 +211,8 @@ impl<'a> Selector<'a> {
                 own: if self.own.is_empty() { None } else { Some(self.own[i]) },
             })
         };
-        let ink = match self.veil {
+        let ink = ink * self.hiding.before_focus(view, at.x, at.y, at.depth);
+        let ink = match self.hiding.veil {
             None => ink,
             Some(veil) => {
                 // From a little above the surface, or it would thin itself where it is steep.
@@ -256,7 +260,7 @@ impl<'a> Selector<'a> {
     /// True if something nearer hides stipple `i`.
     #[inline(always)]
     fn hidden(&self, i: usize, at: &Projected) -> bool {
-        self.depth.is_some_and(|d| {
+        self.hiding.depth.is_some_and(|d| {
             d.hides(self.view, at.x, at.y, at.depth, || {
                 (self.stock.facet.at(i), self.stock.position.at(i) - self.view.eye)
             })

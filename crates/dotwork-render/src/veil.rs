@@ -21,6 +21,9 @@ const CHUNK: usize = 1024;
 /// The buffer has at most this many pixels along the longer side of the page: transmittance is smooth.
 const MOST_PIXELS: f32 = 1024.0;
 
+/// Crossings above which the buffer is made coarser: a gigabyte while it is made.
+const MOST_CROSSINGS: u64 = 1 << 26;
+
 /// A crossing of a line of sight with a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Crossing {
@@ -57,42 +60,46 @@ impl Veil {
         (!self.crossings.is_empty()).then_some(self)
     }
 
-    /// Forgets everything; memory is kept.
-    pub fn clear(&mut self) {
+    /// Forgets everything.
+    fn clear(&mut self) {
         self.crossings.clear();
         self.start.clear();
     }
 
     /// Draws bodies for a page of `width` × `height` pixels. Open surfaces are left out: they hold no matter.
     pub fn draw(&mut self, bodies: &[Body], view: &View, width: u32, height: u32) {
+        self.draw_within(bodies, view, width, height, MOST_CROSSINGS);
+    }
+
+    fn draw_within(&mut self, bodies: &[Body], view: &View, width: u32, height: u32, most: u64) {
         self.clear();
-        self.scale = (MOST_PIXELS / width.max(height) as f32).min(1.0);
-        self.width = (width as f32 * self.scale).ceil() as usize;
-        self.height = (height as f32 * self.scale).ceil() as usize;
-        let pixels = self.width * self.height;
         let closed: Vec<&Body> = bodies.iter().filter(|b| b.mesh.closed && b.opacity > 0.0).collect();
-        if closed.is_empty() || pixels == 0 {
+        if closed.is_empty() || width == 0 || height == 0 {
             return;
         }
-        self.count.resize_with(pixels, AtomicU32::default);
-        self.count.par_iter_mut().for_each(|c| *c.get_mut() = 0);
-        for body in &closed {
-            self.project(body.mesh, view);
-            let count = &self.count;
-            self.visit(body, |pixel, _| {
-                count[pixel].fetch_add(1, Relaxed);
-            });
-        }
+        self.scale = (MOST_PIXELS / width.max(height) as f32).min(1.0);
+        let all = loop {
+            self.width = (width as f32 * self.scale).ceil() as usize;
+            self.height = (height as f32 * self.scale).ceil() as usize;
+            let all = self.count_crossings(&closed, view);
+            if all <= most || self.width * self.height == 1 {
+                break all;
+            }
+            self.scale *= 0.5;
+        };
+        // Counts fit what holds them.
+        let Ok(all) = u32::try_from(all) else { return };
+        let pixels = self.width * self.height;
         let mut total = 0u32;
-        self.start = Vec::with_capacity(pixels + 1);
+        self.start.reserve(pixels + 1);
         for count in &mut self.count {
             self.start.push(total);
             // From now on the counter is the place of the pixel's next crossing.
-            total = total.saturating_add(std::mem::replace(count.get_mut(), total));
+            total += std::mem::replace(count.get_mut(), total);
         }
         self.start.push(total);
         let slots: Vec<[AtomicU32; 2]> =
-            (0..total).into_par_iter().map(|_| [AtomicU32::new(0), AtomicU32::new(0)]).collect();
+            (0..all).into_par_iter().map(|_| [AtomicU32::new(0), AtomicU32::new(0)]).collect();
         for body in &closed {
             self.project(body.mesh, view);
             let count = &self.count;
@@ -127,6 +134,20 @@ impl Veil {
                     .sort_unstable_by(|a, b| a.depth.total_cmp(&b.depth).then(a.weight.total_cmp(&b.weight)));
             }
         });
+    }
+
+    /// Counts the crossings of each pixel, and returns how many there are.
+    fn count_crossings(&mut self, bodies: &[&Body], view: &View) -> u64 {
+        self.count.resize_with(self.width * self.height, AtomicU32::default);
+        self.count.par_iter_mut().for_each(|c| *c.get_mut() = 0);
+        for body in bodies {
+            self.project(body.mesh, view);
+            let count = &self.count;
+            self.visit(body, |pixel, _| {
+                count[pixel].fetch_add(1, Relaxed);
+            });
+        }
+        self.count.par_iter_mut().map(|c| u64::from(*c.get_mut())).sum()
     }
 
     fn project(&mut self, mesh: &Mesh, view: &View) {
@@ -287,6 +308,21 @@ mod tests {
         }
         assert_eq!(through(&[Body { mesh: &plate, opacity: 1.0 }], 100.0, 75.0), 1.0);
         assert_eq!(through(&[Body { mesh: &sphere, opacity: 0.0 }], 100.0, 75.0), 1.0);
+    }
+
+    #[test]
+    fn too_many_crossings_make_it_coarser() {
+        let sphere = mesh("sphere");
+        let (view, page) = view(true);
+        let body = [Body { mesh: &sphere, opacity: 0.7 }];
+        let mut veil = Veil::default();
+        let wanted = (-1.4f32).exp();
+        for (most, scale) in [(1_000_000, 1.0), (10_000, 0.5), (3000, 0.25), (1, 1.0 / 256.0)] {
+            veil.draw_within(&body, &view, page.width, page.height, most);
+            assert_eq!(veil.scale, scale, "{most}: {}", veil.crossings.len());
+            let found = veil.transmittance(view.cx, view.cy, view.distance + 2.0);
+            assert!(scale < 0.01 || (found - wanted).abs() < 0.01, "{most}: {found} {wanted}");
+        }
     }
 
     #[test]

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use dotwork_drawing::{Color, Drawing, Layer, Page, View};
+use dotwork_ink::lines::SurfaceLines;
 use dotwork_ink::{Stock, Style};
 use dotwork_mesh::Mesh;
 use dotwork_render::{CpuBackend, Frame, InkPlan, Subject};
 use glam::Vec3;
 
-use crate::scene::Scene;
+use crate::scene::{Object, Scene};
 
 /// Name of the layer with the scale bar.
 pub const SCALE_BAR: &str = "scale bar";
@@ -26,9 +27,39 @@ struct Planned {
     style: Style,
     page: Page,
     plan: InkPlan,
-    /// The borders of the object's surface.
+    /// The borders and creases of the object's surface.
     mesh: Arc<Mesh>,
-    borders: Vec<Vec<u32>>,
+    lines: SurfaceLines,
+    /// How they were found.
+    edges: Edges,
+}
+
+/// How the lines of an object's surface are found.
+#[derive(Clone, Copy, PartialEq)]
+enum Edges {
+    /// From this angle on, degrees, edges are sharp.
+    Steep(f32),
+    /// In a volume with voxels of this size, with creases or without.
+    Rounded(f32, bool),
+}
+
+impl Edges {
+    fn of(object: &Object) -> Edges {
+        match &object.volume {
+            None => Edges::Steep(object.style.crease_min.min(object.style.crease_angle)),
+            Some(volume) => {
+                let voxel = volume.affine().linear.determinant().abs().cbrt() as f32;
+                Edges::Rounded(voxel, object.style.outlines && object.style.creases)
+            }
+        }
+    }
+
+    fn lines(self, mesh: &Mesh) -> SurfaceLines {
+        match self {
+            Edges::Steep(angle) => SurfaceLines::find(mesh, angle),
+            Edges::Rounded(voxel, creased) => SurfaceLines::in_volume(mesh, voxel, creased),
+        }
+    }
 }
 
 /// A scene as one frame sees it.
@@ -65,9 +96,6 @@ impl Artist {
         self.plan(scene);
         let seen = see(scene, &self.plans);
         self.backend.frame(&seen.frame(), drawing);
-        for (layer, subject) in drawing.layers.iter_mut().zip(&seen.subjects) {
-            layer.pen_mm = subject.style.pen_mm();
-        }
         if let Ok(Some(strokes)) = scene.scale_bar_strokes() {
             let color = scene.objects.first().map_or(Color::BLACK, |o| o.style.color);
             drawing.layers.push(Layer { object: SCALE_BAR.into(), color, strokes, ..Layer::default() });
@@ -100,13 +128,15 @@ impl Artist {
                 Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
             });
             if !holds {
-                let same = old.filter(|p| Arc::ptr_eq(&p.mesh, &object.mesh));
+                let edges = Edges::of(object);
+                let same = old.filter(|p| Arc::ptr_eq(&p.mesh, &object.mesh) && p.edges == edges);
                 let planned = Planned {
                     mesh: object.mesh.clone(),
-                    borders: match same {
-                        Some(old) => std::mem::take(&mut old.borders),
-                        None => object.mesh.borders(),
+                    lines: match same {
+                        Some(old) => std::mem::take(&mut old.lines),
+                        None => edges.lines(&object.mesh),
                     },
+                    edges,
                     stock: stock.clone(),
                     style: object.style.clone(),
                     page: scene.page,
@@ -134,7 +164,8 @@ fn see<'a>(scene: &'a Scene, plans: &'a [Planned]) -> Seen<'a> {
         .map(|(object, planned)| Subject {
             name: &object.name,
             mesh: &object.mesh,
-            borders: &planned.borders,
+            lines: &planned.lines,
+            curves: object.curves.as_deref().filter(|_| object.draws_curves()),
             stock: &planned.stock,
             style: &planned.style,
             plan: &planned.plan,

@@ -60,12 +60,20 @@
 //!   `bzip2`, `nifti`, `metaimage`, `vtk`, `tiff`.
 
 mod artist;
+mod curves;
 #[cfg(feature = "files")]
 mod dots_file;
 #[cfg(feature = "files")]
 mod files;
+#[cfg(feature = "files")]
+mod palette_file;
+mod placement;
 mod scale_bar;
 mod scene;
+#[cfg(feature = "files")]
+mod scene_file;
+#[cfg(feature = "files")]
+mod settings;
 #[cfg(feature = "files")]
 mod style_file;
 mod voxels;
@@ -75,11 +83,18 @@ pub use artist::{Artist, SCALE_BAR};
 pub use dots_file::{Described, encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, Format, LoadOptions, Loaded, MeshFile, Plate, VolumeInput, encode_drawing, load, load_with,
-    open, prepare, write_drawing,
+    FileError, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Plate, VolumeInput, encode_drawing,
+    load, load_with, open, prepare, write_drawing,
 };
+#[cfg(feature = "files")]
+pub use palette_file::{PaletteError, resolve_palette};
+pub use placement::Placement;
 pub use scale_bar::ScaleBar;
 pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, World, ZOOM};
+#[cfg(feature = "files")]
+pub use scene_file::{SceneFile, SceneObject, read_scene_file};
+#[cfg(feature = "files")]
+pub use settings::{Settings, SettingsError};
 #[cfg(feature = "files")]
 pub use style_file::{StyleFile, read_style};
 

@@ -6,12 +6,16 @@ use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
 use dotwork_ink::bake::{reference_scale, voxel};
-use dotwork_ink::{BakeMethod, BakeSettings, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
-use dotwork_mesh::{Mesh, MeshError, MeshOptions, RawMesh};
+use dotwork_ink::lines::{Criteria, VoxelCurves};
+use dotwork_ink::tone::{FactorHistogram, factor_histograms};
+use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
+use dotwork_mesh::{Bounds, Mesh, MeshError, MeshOptions, RawMesh};
 use dotwork_volume::{Space, Unit, Volume};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::artist::Artist;
+use crate::curves;
+use crate::placement::Placement;
 use crate::scale_bar::ScaleBar;
 use crate::voxels;
 
@@ -78,6 +82,10 @@ pub struct Source {
     pub iso: Option<f64>,
     /// Which of the faces that a clip cut open this is, from 0; `None` for the surface itself.
     pub cut: Option<u32>,
+    /// Which label of a segmentation it is.
+    pub label: Option<i64>,
+    /// Where it was put, as a scene file says.
+    pub placement: Placement,
 }
 
 /// What is known about the space in which an object lies.
@@ -106,6 +114,8 @@ pub struct Object {
     pub style: Style,
     /// Its stipples; `None` until baked.
     pub stock: Option<Arc<Stock>>,
+    /// The voxels of its silhouette curves; `None` until baked, and where its style or the lack of a volume asks for none.
+    pub curves: Option<Arc<VoxelCurves>>,
 }
 
 impl Object {
@@ -131,13 +141,14 @@ impl Object {
             volume: None,
             style,
             stock: None,
+            curves: None,
         })
     }
 
     /// Draws this object in another style from now on.
     ///
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
-    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`), so that the
+    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`), so that the
     /// next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
     ///
     /// # Errors
@@ -168,13 +179,28 @@ impl Object {
             });
             self.mesh = Arc::new(mesh);
         }
-        let bake_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min);
+        let bake_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min, s.factors);
         let by_voxels = |s: &Style| self.volume.is_some() && s.bake == BakeMethod::Voxel;
         if bake_of(&style) != bake_of(&self.style) && (by_voxels(&style) || by_voxels(&self.style)) {
             self.stock = None;
         }
         self.style = style;
+        if self.wants_curves() {
+            self.curves = None;
+        }
         Ok(())
+    }
+
+    /// Whether its style draws the curves of its volume.
+    pub(crate) fn draws_curves(&self) -> bool {
+        self.style.curves && self.style.factors == Factors::Papers
+    }
+
+    /// Whether it draws curves and has a volume, but not yet the voxels for them.
+    fn wants_curves(&self) -> bool {
+        let criteria = Criteria::of(&self.style);
+        let there = self.curves.as_ref().is_some_and(|curves| curves.holds(&criteria));
+        self.draws_curves() && self.volume.is_some() && !there
     }
 
     /// Whether its stipples are, or will be, those of the voxels of its volume.
@@ -199,6 +225,10 @@ impl Object {
             *p = Vec3::from_array([0, 1, 2].map(|k| (f64::from(p[k]) + shift[k]) as f32));
         }
         mesh.origin = origin;
+        if let Some(curves) = self.curves.as_mut().map(Arc::make_mut) {
+            curves.lattice.origin += DVec3::from_array(shift);
+            curves.settle();
+        }
         self.stock = self.stock.take().map(|s| match &s.elements {
             None => Arc::new(Stock::on_mesh(s.baked.clone(), mesh)),
             // Baked again where they now are: moved stipples would differ by rounding from those of a file.
@@ -214,7 +244,8 @@ impl Object {
     /// Bakes `count` stipples, or those of the voxels of its volume, whose number follows from view and page.
     fn bake(&mut self, count: usize, seed: u32, (view, page): (&View, &Page), progress: &mut dyn FnMut(f32)) {
         if let Some(volume) = self.volume.as_ref().filter(|_| self.by_voxels()) {
-            let ask = voxels::Ask { origin: self.mesh.origin, style: &self.style, view, page, seed };
+            let iso = self.source.as_ref().and_then(|source| source.iso);
+            let ask = voxels::Ask { origin: self.mesh.origin, iso, style: &self.style, view, page, seed };
             if let Some(stock) = voxels::bake(volume, &ask, progress) {
                 self.stock = Some(Arc::new(stock));
                 return;
@@ -273,19 +304,15 @@ impl Scene {
         together
     }
 
-    /// Centre and radius of a sphere around all objects, object units.
+    /// Centre and radius of a sphere around all objects, object units: the centre of their common box, and the distance
+    /// to the farthest vertex.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
-        let spheres: Vec<(Vec3, f32)> = self.objects.iter().map(|o| o.mesh.bounding_sphere()).collect();
-        match spheres[..] {
-            [] => (Vec3::ZERO, 1.0),
-            [one] => one,
-            _ => {
-                let low = spheres.iter().fold(Vec3::MAX, |m, (c, r)| m.min(*c - *r));
-                let high = spheres.iter().fold(Vec3::MIN, |m, (c, r)| m.max(*c + *r));
-                let center = 0.5 * (low + high);
-                (center, spheres.iter().map(|(c, r)| c.distance(center) + r).fold(0.0, f32::max))
-            }
-        }
+        let boxes = self.objects.iter().map(|o| o.mesh.bounds());
+        let Some(all) = boxes.reduce(|a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }) else {
+            return (Vec3::ZERO, 1.0);
+        };
+        let center = all.center();
+        (center, self.objects.iter().map(|o| o.mesh.farthest_from(center)).fold(0.0, f32::max))
     }
 
     /// The view of the camera on this scene and page.
@@ -322,15 +349,19 @@ impl Scene {
     /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are. A volume whose style
     /// has the bake `voxel` gets as many as its voxels show in this view, whatever [`Scene::stipples`] says.
     pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
+        self.bake_curves();
         let missing: Vec<usize> =
             (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
         if missing.is_empty() {
             return;
         }
-        let (by_voxels, by_count): (Vec<usize>, Vec<usize>) =
+        let (by_voxels, mut by_count): (Vec<usize>, Vec<usize>) =
             missing.into_iter().partition(|&k| self.objects[k].by_voxels());
         let share = by_voxels.len() as f32 / (by_voxels.len() + by_count.len()) as f32;
         self.bake_some(&by_voxels, &vec![1; by_voxels.len()], |p| progress(share * p));
+        // A volume without boundaries: its stipples lie on the surface, as many as there are on others.
+        let carries = |k: &usize| self.objects[*k].stock.as_ref().is_some_and(|s| s.elements.is_some());
+        by_count.extend(by_voxels.into_iter().filter(|k| !carries(k)));
         let counts: Vec<usize> = match self.stipples {
             Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
@@ -348,8 +379,19 @@ impl Scene {
     /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says; a volume with the bake `voxel` gets
     /// those that this view gives it. `progress` is called with a share 0…1.
     pub fn bake_counts(&mut self, counts: &[usize], progress: impl FnMut(f32)) {
+        self.bake_curves();
         let all: Vec<usize> = (0..self.objects.len().min(counts.len())).collect();
         self.bake_some(&all, counts, progress);
+    }
+
+    /// Finds the voxels of curves where they are asked for and not there.
+    fn bake_curves(&mut self) {
+        for object in &mut self.objects {
+            if let Some(volume) = object.volume.as_ref().filter(|_| object.wants_curves()) {
+                let curves = curves::bake(volume, object.mesh.origin, &object.style);
+                object.curves = Some(Arc::new(curves));
+            }
+        }
     }
 
     /// Bakes `counts[i]` stipples for object `which[i]`.
@@ -368,6 +410,16 @@ impl Scene {
         progress(1.0);
     }
 
+    /// What each of the papers' factors does to the voxels of object `k` in this view; `None` if it has none, or is not
+    /// baked.
+    pub fn factor_histograms(&self, k: usize) -> Option<Vec<FactorHistogram>> {
+        let object = self.objects.get(k)?;
+        let elements = object.stock.as_ref()?.elements.as_ref()?;
+        let view = self.view();
+        let light = self.light.direction(&view, self.camera.up);
+        Some(factor_histograms(elements, &object.style, &view, &self.page, light))
+    }
+
     /// What is to be said about the stipples of the baked objects in this view: `bake=voxel` where there is no volume
     /// for it, voxels whose lists had to be shortened, and a scale of more than twice or less than half of that which
     /// voxels were baked for.
@@ -377,6 +429,9 @@ impl Scene {
         for object in &self.objects {
             let (Some(stock), name) = (&object.stock, &object.name) else { continue };
             let cut = object.source.as_ref().is_some_and(|source| source.cut.is_some());
+            if object.draws_curves() && !cut {
+                curve_warnings(object, &mut warnings);
+            }
             let Some(elements) = &stock.elements else {
                 if object.style.bake == BakeMethod::Voxel && !cut {
                     warnings.say(format!(
@@ -413,5 +468,25 @@ impl Scene {
     pub fn draw(&mut self) -> dotwork_drawing::Drawing {
         self.bake(|_| ());
         Artist::new().draw(self)
+    }
+}
+
+/// What is to be said about the curves of an object that is to draw some.
+fn curve_warnings(Object { name, curves, style, .. }: &Object, warnings: &mut Warnings) {
+    let Some(curves) = curves else {
+        warnings.say(format!("{name}: there are no voxels for curves=true"));
+        return;
+    };
+    if !curves.holds(&Criteria::of(style)) {
+        warnings.say(format!(
+            "{name}: its curves have t_log up to {} and t_grad from {}, from a file without the volume",
+            curves.t_log, curves.t_grad
+        ));
+    }
+    if curves.least > curves.t_grad && curves.least > style.t_grad {
+        warnings.say(format!(
+            "{name}: too many voxels for curves; t_grad counts as {:.3}, a larger one or a smaller t_log asks for fewer",
+            curves.least
+        ));
     }
 }

@@ -16,6 +16,7 @@ use dotwork_ink::{PRESETS, Style, preset};
 use toml::de::{DeTable, DeValue};
 
 use crate::files::FileError;
+use crate::palette_file::resolve_palette;
 
 /// A style read from a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,14 +34,14 @@ pub struct StyleFile {
 pub fn read_style(path: impl AsRef<Path>) -> Result<StyleFile, FileError> {
     let path = path.as_ref();
     let bytes = dotwork_io::read_file(path)?;
-    parse(&bytes).map_err(|(at, reason)| {
+    parse(&bytes, path.parent().unwrap_or(Path::new(""))).map_err(|(at, reason)| {
         let line = bytes[..at.min(bytes.len())].iter().filter(|&&b| b == b'\n').count() + 1;
         FileError::Style { path: path.to_path_buf(), line, reason }
     })
 }
 
-/// The style, or the byte and the reason of the first error.
-fn parse(bytes: &[u8]) -> Result<StyleFile, (usize, String)> {
+/// The style, or the byte and the reason of the first error. Files that it names are looked for from `folder`.
+fn parse(bytes: &[u8], folder: &Path) -> Result<StyleFile, (usize, String)> {
     let text = std::str::from_utf8(bytes).map_err(|e| (e.valid_up_to(), "is not UTF-8".to_string()))?;
     let table = DeTable::parse(text).map_err(|e| {
         let reason = e.message().split('\n').collect::<Vec<_>>().join("; ");
@@ -69,6 +70,7 @@ fn parse(bytes: &[u8]) -> Result<StyleFile, (usize, String)> {
             _ => {
                 dotwork_ink::find_param(name).map_err(|e| (key.span().start, e))?;
                 let text = text_of(value.get_ref()).map_err(|e| at_value(format!("{name}: {e}")))?;
+                let text = with_palette(folder, name, text).map_err(at_value)?;
                 file.style.set(name, &text).map_err(at_value)?;
             }
         }
@@ -76,8 +78,16 @@ fn parse(bytes: &[u8]) -> Result<StyleFile, (usize, String)> {
     Ok(file)
 }
 
+/// The value of a style key, with the colours of a palette file in the place of its name.
+pub(crate) fn with_palette(folder: &Path, key: &str, text: String) -> Result<String, String> {
+    match key {
+        "palette" => resolve_palette(folder, &text).map_err(|e| format!("palette: {e}")),
+        _ => Ok(text),
+    }
+}
+
 /// A plain value as the text that [`Style::set`] reads.
-fn text_of(value: &DeValue) -> Result<String, String> {
+pub(crate) fn text_of(value: &DeValue) -> Result<String, String> {
     match value {
         DeValue::String(s) => Ok(s.to_string()),
         DeValue::Boolean(b) => Ok(b.to_string()),
@@ -118,12 +128,30 @@ mod tests {
 
     #[test]
     fn keys_lie_over_what_is_extended_wherever_that_stands() {
-        let file = parse(b"gamma = 2\ntone = 0.25\nsolid = true\ncolor = '#102030'\nextends = 'night'\ndescription = 'd'\n").unwrap();
+        let file = parse(b"gamma = 2\ntone = 0.25\nsolid = true\ncolor = '#102030'\nextends = 'night'\ndescription = 'd'\n", Path::new("")).unwrap();
         let mut expected = preset("night").unwrap();
         for pair in ["gamma=2", "tone=0.25", "solid=true", "color=#102030"] {
             expected.set_pair(pair).unwrap();
         }
         assert_eq!(file, StyleFile { style: expected, description: "d".into() });
+    }
+
+    #[test]
+    fn palettes_are_looked_for_beside_the_style() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("colours")).unwrap();
+        std::fs::write(folder.path().join("colours/sea.gpl"), "GIMP Palette\n1 2 3\n9 8 256\n").unwrap();
+        let path = folder.path().join("s.toml");
+        std::fs::write(&path, "coloring = 'light'\npalette = 'colours/sea.gpl'\n").unwrap();
+        let said = read_style(&path).unwrap_err().to_string();
+        assert!(said.contains("s.toml") && said.contains("sea.gpl, line 3: three numbers"), "{said}");
+        std::fs::write(folder.path().join("colours/sea.gpl"), "GIMP Palette\n1 2 3\n9 8 255\n").unwrap();
+        let mut expected = Style::default();
+        expected.set_pair("coloring=light").unwrap();
+        expected.set_pair("palette=#010203,#0908ff").unwrap();
+        assert_eq!(read_style(&path).unwrap().style, expected);
+        let (line, reason) = line_of("tone = 0.5\npalette = 'missing.gpl'\n");
+        assert!(line == 2 && reason.contains("missing.gpl: there is no such palette file"), "{reason}");
     }
 
     #[test]

@@ -2,8 +2,9 @@
 //!
 //! Lu et al., "Non-photorealistic volume rendering using stippling techniques" (2002, section 4): the volume is
 //! box-filtered until a voxel covers at least 5 × 5 pixels, gradients are found by regression, and each voxel whose
-//! gradient is above a threshold gets a list of stipples ([`voxel`]). The whole volume is drawn, not only the surface
-//! of one feature.
+//! gradient is above a threshold gets a list of stipples ([`voxel`]). With the papers' factors the whole volume is drawn;
+//! where tone is a sum of ink, only the voxels through which the feature's surface runs, so that both bakes draw the same
+//! form.
 //!
 //! Two things are told from the view alone and not from where it is seen from, or from how finely the page is divided,
 //! so that the frames of a turn and the sizes of a print have one bake: a pixel is a thousandth of the page's shorter
@@ -11,7 +12,7 @@
 
 use dotwork_drawing::{Page, View, Warnings};
 use dotwork_ink::bake::{VoxelSettings, Voxels, box_filter, box_filter_level, n_max, reference_scale, voxel};
-use dotwork_ink::{Stock, Style, Vectors};
+use dotwork_ink::{Factors, Stock, Style, Vectors};
 use dotwork_volume::{
     Affine, MIN_PIECE, Mask, Regression, RegressionRow, Sample, Samples, Scaling, Volume, with_samples,
 };
@@ -23,10 +24,15 @@ const PAGE: f32 = 1000.0;
 /// Share of the voxels with stipples whose gradients are weaker than what counts as 1.
 const STRONG: f64 = 0.98;
 
+/// How far from a surface the centres of the voxels lie through which it runs, in mean edges.
+const SURFACE: f64 = 0.6;
+
 /// What a voxel bake depends on besides the volume.
 pub(crate) struct Ask<'a> {
     /// Coordinates are relative to this.
     pub origin: [f64; 3],
+    /// Value of the feature's surface.
+    pub iso: Option<f64>,
     pub style: &'a Style,
     pub view: &'a View,
     pub page: &'a Page,
@@ -45,7 +51,8 @@ pub(crate) fn bake(volume: &Volume, ask: &Ask, progress: &mut dyn FnMut(f32)) ->
     let filtered = filter(volume, box_filter_level(scale * edge));
     progress(0.2);
     let grid = filtered.as_ref().unwrap_or(volume);
-    let voxels = boundaries(grid, range, style.gradient_min.0, ask.origin)?;
+    let surface = ask.iso.filter(|_| style.factors == Factors::Sum);
+    let voxels = boundaries(grid, range, style.gradient_min.0, surface, ask.origin)?;
     progress(0.4);
 
     let [a, b, c] = [0, 1, 2].map(|k| voxels.edges[k] * grid.dims()[k] as f32);
@@ -106,8 +113,15 @@ struct Layer {
 }
 
 /// The voxels of a volume with strong gradients: `share` of the strongest or more, or those that the volume's own
-/// threshold keeps. Values count from 0 to 1 over `range`.
-fn boundaries(volume: &Volume, range: [f64; 2], share: Option<f32>, origin: [f64; 3]) -> Option<Voxels> {
+/// threshold keeps; only those through which the surface at the value `surface` runs, if there is one. Values count from 0 to
+/// 1 over `range`.
+fn boundaries(
+    volume: &Volume,
+    range: [f64; 2],
+    share: Option<f32>,
+    surface: Option<f64>,
+    origin: [f64; 3],
+) -> Option<Voxels> {
     let regression = volume.regression()?;
     let [nx, _, nz] = volume.dims();
     let mask = match share {
@@ -130,15 +144,25 @@ fn boundaries(volume: &Volume, range: [f64; 2], share: Option<f32>, origin: [f64
         vectors.y.push(v.y);
         vectors.z.push(v.z);
     };
+    let reach = SURFACE * affine.linear.determinant().abs().cbrt();
+    let off_surface = |layer: &Layer, k: usize| {
+        surface.is_some_and(|iso| {
+            let away = (regression.value(f64::from(layer.value[k])) - iso).abs();
+            away > reach * regression.gradient(layer.gradient[k]).length()
+        })
+    };
     for (z, layer) in layers.iter().enumerate() {
         for (k, &[x, y]) in layer.index.iter().enumerate() {
+            if off_surface(layer, k) {
+                continue;
+            }
             let place = affine.point([f64::from(x), f64::from(y), z as f64]) - origin;
             push(&mut voxels.position, place.as_vec3());
             let normal = -regression.gradient(layer.gradient[k]).normalize_or_zero();
             push(&mut voxels.normal, normal.as_vec3());
+            voxels.magnitude.push((layer.length[k] / strongest).min(1.0));
+            voxels.value.push(unit(layer.value[k]).clamp(0.0, 1.0) as f32);
         }
-        voxels.magnitude.extend(layer.length.iter().map(|length| (length / strongest).min(1.0)));
-        voxels.value.extend(layer.value.iter().map(|&v| unit(v).clamp(0.0, 1.0) as f32));
     }
     Some(voxels)
 }

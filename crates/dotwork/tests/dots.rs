@@ -2,13 +2,17 @@
 #![cfg(feature = "files")]
 
 use std::path::Path;
+use std::sync::Arc;
 
+use dotwork::ink::Vectors;
+use dotwork::ink::bake::{VoxelSettings, Voxels, voxel};
 use dotwork::io::dots::{Kind, Reader, Writer};
-use dotwork::volume::{Space, Unit};
+use dotwork::volume::{IsoOptions, Space, Unit, Volume};
 use dotwork::{
     Format, LightFrame, Object, Page, Scene, Source, Stipples, Style, UpAxis, Warnings, World, encode_dots,
     encode_drawing, load, mesh, open, preset, save_dots, settings_text,
 };
+use glam::Vec3;
 
 /// Two baked objects and no setting at its default.
 fn scene() -> Scene {
@@ -26,6 +30,8 @@ fn scene() -> Scene {
         iso: Some(-0.1),
         series: Some("3".into()),
         cut: Some(2),
+        label: Some(-3),
+        placement: "scale 0.5 rotate 0,0,90 translate 1,2,3".parse().unwrap(),
     });
     let mut scene = Scene::of(object);
     scene.scale_bar = Some("0.5um".parse().unwrap());
@@ -98,6 +104,8 @@ enum Change {
     F32(fn(&mut Vec<f32>)),
     U32(fn(&mut Vec<u32>)),
     U64(fn(&mut Vec<u64>)),
+    /// Floats become whole numbers, as many.
+    Kind,
 }
 
 /// The file again with sections changed, all checksums in order.
@@ -118,8 +126,13 @@ fn forge(file: &Reader, at: &str, change: &Change) -> Vec<u8> {
             }
             (Kind::F32, _) => {
                 let mut v = file.f32s(name).unwrap();
-                if let (true, Change::F32(f)) = (hit, change) {
-                    f(&mut v);
+                match (hit, change) {
+                    (true, Change::F32(f)) => f(&mut v),
+                    (true, Change::Kind) => {
+                        writer.section_u32(name, &vec![0; v.len()]);
+                        continue;
+                    }
+                    _ => {}
                 }
                 writer.section_f32(name, &v);
             }
@@ -161,6 +174,7 @@ fn hostile_files_are_refused() {
         ("settings", Text("gamma = \"", "gamma = \"x"), "gamma"),
         ("settings", Text("gamma = ", "gama = "), "gama"),
         ("settings", Text("[[object]]", "[[thing]]"), "not TOML"),
+        ("settings", Text("gamma = ", "\"a\\nb\" = 3\ngamma = "), "a\\nb is not a text"),
         ("surfaces", Drop, "surfaces"),
         ("surfaces", Text("[[object]]", "[[thing]]"), "surfaces"),
         ("surfaces", Text("area = ", "area = -"), "area"),
@@ -199,10 +213,172 @@ fn hostile_files_are_refused() {
         ("0/weights", F32(|v| v[3] = 1.5), "outside"),
         ("1/weights", F32(|v| v.truncate(10)), "elements"),
     ];
+    refuse_all(&file, cases);
+}
+
+/// What a short file may not ask for, a scene may: its file is made longer.
+#[test]
+fn a_file_is_as_long_as_its_scene_needs() {
+    let length = |scene: &Scene| {
+        let bytes = encode_dots(scene);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.dots");
+        std::fs::write(&path, &bytes).unwrap();
+        let after = open(&path, &Style::default(), &mut Warnings::new()).unwrap();
+        assert_eq!(settings_text(scene), settings_text(&after));
+        assert!(scene.objects[0].stock == after.objects[0].stock);
+        assert!(encode_dots(&after) == bytes);
+        bytes.len()
+    };
+    let mut warnings = Warnings::new();
+    let mut scene = open("demo:plate", &Style::default(), &mut warnings).unwrap();
+    scene.stipples = Stipples::Count(10);
+    scene.bake(|_| ());
+    assert!(length(&scene) < 10_000);
+
+    let mut named = scene.clone();
+    named.objects[0].name = "x".repeat(600 << 10);
+    assert!((300 << 10..400 << 10).contains(&length(&named)));
+
+    let count = 360_000;
+    let up = || Vectors { x: vec![0.0; count], y: vec![0.0; count], z: vec![1.0; count] };
+    let voxels = Voxels {
+        position: up(),
+        normal: up(),
+        magnitude: vec![1.0; count],
+        value: vec![1.0; count],
+        edges: [Vec3::X, Vec3::Y, Vec3::Z],
+    };
+    for (n_max, expected) in [(2.0, 0..100_000), (3.0, 270_000..400_000)] {
+        let stock = voxel(&voxels, &VoxelSettings { n_max, ..VoxelSettings::default() }, &mut warnings);
+        scene.objects[0].stock = Some(Arc::new(stock));
+        assert!(expected.contains(&length(&scene)), "{n_max}");
+    }
+}
+
+/// A ball of 16 voxels a side, baked by voxels.
+fn ball(curves: bool) -> Scene {
+    let value = |i: usize| {
+        let [x, y, z] = [i % 16, i / 16 % 16, i / 256].map(|k| k as f32 - 7.5);
+        (7.0 - (x * x + y * y + z * z).sqrt()).clamp(0.0, 3.0)
+    };
+    let values: Vec<f32> = (0..16 * 16 * 16).map(value).collect();
+    let volume = Volume::from_slice([16; 3], [1.0; 3], &values).unwrap();
+    let mut style = preset("papers").unwrap();
+    style.k_max = 0.01;
+    style.curves = curves;
+    let mut warnings = Warnings::new();
+    let raw = volume.isosurface(1.5, &IsoOptions::default(), &mut warnings).unwrap();
+    let mut object = Object::new("ball", raw, style, &mut warnings).unwrap();
+    object.volume = Some(Arc::new(volume));
+    let mut scene = Scene::of(object);
+    scene.bake(|_| ());
+    scene
+}
+
+#[test]
+fn hostile_voxels_are_refused() {
+    use Change::{Drop, F32, Kind, Text};
+    let (positions, normals) = ("0/voxels/positions", "0/voxels/normals");
+    let (magnitudes, values) = ("0/voxels/magnitudes", "0/voxels/values");
+    let file = Reader::from_bytes(Path::new("x.dots"), encode_dots(&ball(false))).unwrap();
+    let mut cases: Vec<(&str, Change, &str)> = vec![
+        (positions, F32(|v| v[5] = f32::NAN), "place"),
+        (positions, F32(|v| v[5] = 1e30), "place"),
+        (normals, F32(|v| v[5] = f32::NAN), "normal"),
+        (normals, F32(|v| v[5] = 3.0), "normal"),
+        (normals, F32(|v| v.fill(0.0)), "no stipples"),
+        (magnitudes, F32(|v| v[5] = f32::NAN), "share"),
+        (magnitudes, F32(|v| v[5] = 1.5), "share"),
+        (values, F32(|v| v[5] = f32::NAN), "share"),
+        (values, F32(|v| v[5] = -0.5), "share"),
+        ("surfaces", Text("n_max = ", "n_max = -"), "n_max"),
+        ("surfaces", Text("n_max = ", "n_max = nan # "), "n_max"),
+        ("surfaces", Text("n_max = ", "n_max = 1e13 # "), "n_max"),
+        ("surfaces", Text("n_max = ", "n_min = "), "n_max"),
+        ("surfaces", Text("slab = ", "slab = -1.0 # "), "slab"),
+        ("surfaces", Text("slab = ", "slab = nan # "), "slab"),
+        ("surfaces", Text("slab = ", "slab = 65.0 # "), "slab"),
+        ("surfaces", Text("seed = ", "seed = -1 # "), "seed"),
+        ("surfaces", Text("seed = ", "seed = 4294967296 # "), "seed"),
+        ("surfaces", Text("reference = ", "reference = 0.0 # "), "reference"),
+        ("surfaces", Text("reference = ", "reference = inf # "), "reference"),
+        ("surfaces", Text("edges = [", "edges = [1.0, "), "edges"),
+        ("surfaces", Text("edges = [1.0", "edges = [nan"), "edges"),
+        ("surfaces", Text("edges = [1.0", "edges = [1e30"), "edges"),
+        // Each is of reasonable size, and their product is none.
+        (
+            "surfaces",
+            Text("edges = [", "edges = [9e14, 0.0, 0.0, 0.0, 9e14, 0.0, 0.0, 0.0, 9e14] # "),
+            "edges",
+        ),
+        (
+            "surfaces",
+            Text("edges = [", "edges = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] # "),
+            "stipples",
+        ),
+        ("surfaces", Text("[object.voxels]", "[object.voxel]"), "0/radius"),
+    ];
+    for section in [positions, normals, magnitudes, values] {
+        cases.push((section, Drop, section));
+        cases.push((section, Kind, "holds u32, not f32"));
+        cases.push((section, F32(|v| v.truncate(10)), "elements"));
+        cases.push((section, F32(|v| v.extend([0.5; 7])), "elements"));
+        cases.push((section, F32(Vec::clear), "elements"));
+    }
+    refuse_all(&file, cases);
+}
+
+#[test]
+fn hostile_curves_are_refused() {
+    use Change::{Drop, F32, Kind, Text, U32};
+    let (voxels, normals) = ("0/curves/voxels", "0/curves/normals");
+    let (magnitudes, laplacians) = ("0/curves/magnitudes", "0/curves/laplacians");
+    let file = Reader::from_bytes(Path::new("x.dots"), encode_dots(&ball(true))).unwrap();
+    let mut cases: Vec<(&str, Change, &str)> = vec![
+        (voxels, Drop, voxels),
+        (voxels, U32(|v| v.truncate(10)), "elements"),
+        (voxels, U32(|v| v.push(u32::MAX)), "elements"),
+        (voxels, U32(|v| v.reverse()), "order"),
+        (voxels, U32(|v| v[5] = v[4]), "order"),
+        (voxels, U32(|v| *v.last_mut().unwrap() = 4096), "grid"),
+        (voxels, U32(|v| *v = (0..262_145).collect()), "file of this size"),
+        (voxels, U32(|v| *v = (0..4_194_305).collect()), "too many"),
+        (normals, F32(|v| v[5] = f32::NAN), "normal"),
+        (normals, F32(|v| v[5] = 3.0), "normal"),
+        (magnitudes, F32(|v| v[5] = f32::NAN), "share"),
+        (magnitudes, F32(|v| v[5] = 1.5), "share"),
+        (laplacians, F32(|v| v[5] = f32::INFINITY), "share"),
+        (laplacians, F32(|v| v[5] = -0.5), "share"),
+        ("surfaces", Text("dims = [16", "dims = [16, 16"), "dims"),
+        ("surfaces", Text("dims = [16", "dims = [-16"), "dims"),
+        ("surfaces", Text("dims = [16", "dims = [16.0"), "dims"),
+        ("surfaces", Text("dims = [16", "dims = [0"), "grid"),
+        ("surfaces", Text("dims = [16", "dims = [4294967295"), "too many voxels"),
+        ("surfaces", Text("edges = [1.0", "edges = [nan"), "edges"),
+        ("surfaces", Text("edges = [1.0", "edges = [1e30"), "edges"),
+        ("surfaces", Text("edges = [1.0", "edges = [9e14"), "too large"),
+        ("surfaces", Text("edges = [1.0", "edges = [1.0, 1.0"), "edges"),
+        ("surfaces", Text("t_log = ", "t_log = -1.0 # "), "t_log"),
+        ("surfaces", Text("t_grad = ", "t_grad = nan # "), "t_grad"),
+        ("surfaces", Text("least = ", "least = 1.5 # "), "least"),
+        ("surfaces", Text("least = ", "last = "), "least"),
+    ];
+    for section in [normals, magnitudes, laplacians] {
+        cases.push((section, Drop, section));
+        cases.push((section, Kind, "holds u32, not f32"));
+        cases.push((section, F32(|v| v.truncate(10)), "elements"));
+        cases.push((section, F32(|v| v.extend([0.5; 7])), "elements"));
+    }
+    refuse_all(&file, cases);
+}
+
+/// Loads the file with each change, which must be refused for its reason.
+fn refuse_all(file: &Reader, cases: Vec<(&str, Change, &str)>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("forged.dots");
     for (at, change, reason) in cases {
-        std::fs::write(&path, forge(&file, at, &change)).unwrap();
+        std::fs::write(&path, forge(file, at, &change)).unwrap();
         let Err(error) = load(&path, &mut Warnings::new()) else { panic!("{at}: {reason}: was let pass") };
         let text = error.to_string();
         assert!(text.contains("forged.dots: ") && text.contains(reason), "{at}: {text}");

@@ -8,6 +8,8 @@ use dotwork::{
     Drawing, Format, Object, Page, Scene, Stipples, Style, Warnings, load, mesh, open, prepare, save_dots,
     write_drawing,
 };
+#[cfg(feature = "dicom")]
+use dotwork::{LoadOptions, load_with};
 
 /// A small baked torus.
 fn torus() -> Scene {
@@ -44,6 +46,18 @@ fn pictures_that_one_bit_cannot_show_are_said_once() {
         assert!(said.len() == 1 && said[0].contains("slice"), "{format:?}: {said:?}");
     }
     assert_eq!(said(&drawing, &scene, Format::Png), [""; 0]);
+}
+
+/// Found by reading: the series was passed on for folders alone, so that a DICOMDIR gave the largest.
+#[test]
+#[cfg(feature = "dicom")]
+fn a_series_is_asked_for_in_files_too() {
+    let file =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../dotwork-io/tests/data/dicom/deflated_int16.dcm"));
+    let options = LoadOptions { series: Some("77".into()), ..LoadOptions::default() };
+    assert!(load(file, &mut Warnings::new()).is_ok());
+    let error = load_with(file, &options, &mut Warnings::new()).err().expect("there is no such series");
+    assert!(error.to_string().contains("has no DICOM series '77'"), "{error}");
 }
 
 #[test]

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use dotwork::ink::{BakeMethod, Stock, Visibility};
-use dotwork::volume::phantom;
+use dotwork::volume::{Volume, phantom};
 use dotwork::{
-    Artist, Drawing, Format, Loaded, Object, Page, Scene, Source, Stipples, Style, VolumeInput, Warnings,
-    encode_dots, encode_drawing, load, open, preset, save_dots, settings_text,
+    Artist, Drawing, Format, Loaded, Meaning, Object, Page, Scene, Source, Stipples, Style, VolumeInput,
+    Warnings, encode_dots, encode_drawing, load, open, preset, save_dots, settings_text,
 };
 use glam::Vec3;
 
@@ -26,6 +26,8 @@ fn shells(style: Style) -> Scene {
         facts: Vec::new(),
         source: Source { file: "demo:shells".into(), ..Source::default() },
         volume: phantom::phantom("shells").unwrap(),
+        meaning: Meaning::default(),
+        label: None,
     };
     let mut warnings = Warnings::new();
     let meshes = Loaded::Volume(Box::new(input)).into_meshes(&style, None, &mut warnings).unwrap();
@@ -169,6 +171,17 @@ fn a_plate_is_drawn_again() {
     let Loaded::Plate(plate) = load(&path, &mut Warnings::new()).unwrap() else { panic!("it is a plate") };
     let again = plate.scene(&mut Warnings::new()).unwrap();
     assert!(first == bytes(&again, Format::Png));
+}
+
+#[test]
+fn where_no_voxel_carries_a_stipple_the_surface_does() {
+    let mut scene = shells(papers());
+    scene.objects[0].volume = Some(Arc::new(Volume::from_slice([4; 3], [1.0; 3], &[7u8; 64]).unwrap()));
+    scene.stipples = Stipples::Count(500);
+    scene.bake(|_| ());
+    assert!(stock(&scene).elements.is_none() && stock(&scene).len() == 500, "{}", stock(&scene).len());
+    let said = scene.bake_warnings();
+    assert!(said.iter().any(|w| w.to_string().contains("no voxels for bake=voxel")), "{said:?}");
 }
 
 #[test]

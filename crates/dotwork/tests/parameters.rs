@@ -3,8 +3,8 @@
 
 use dotwork::ink::{Kind, PARAMS, Param};
 use dotwork::{
-    Artist, Format, Loaded, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples, Style,
-    Volume, VolumeInput, Warnings, encode_drawing,
+    Artist, Format, Loaded, Meaning, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples,
+    Style, Volume, VolumeInput, Warnings, encode_drawing,
 };
 
 /// A place to look for the effect of a key: a shape, and settings that bring the effect out.
@@ -34,6 +34,15 @@ const INTERIOR: &[(&str, &str)] = &[
     ("visibility", "through"),
 ];
 
+/// The curves of voxels.
+const CURVES: &[(&str, &str)] = &[
+    ("factors", "papers"),
+    ("bake", "voxel"),
+    ("k_max", "0.01"),
+    ("curves", "true"),
+    ("visibility", "through"),
+];
+
 const SETTINGS: &[Setting] = &[
     Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[] },
     // Tones up to black.
@@ -45,10 +54,12 @@ const SETTINGS: &[Setting] = &[
     Setting { shape: torus, camera: "0,10,1.5", zoom: 1.0, keys: &[("base", "0.3"), ("light", "0")] },
     Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },
     Setting { shape: coloured, camera: "20,35", zoom: 1.0, keys: &[] },
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("coloring", "both")] },
     Setting { shape: volume, camera: "30,30", zoom: 1.0, keys: &[] },
     // Short outlines.
     Setting { shape: torus, camera: "20,35", zoom: 0.1, keys: &[] },
     // Small, so that voxels hold few stipples.
+    Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: CURVES },
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: PAPERS },
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: INTERIOR },
 ];
@@ -80,6 +91,8 @@ fn volume(style: &Style) -> Scene {
         facts: Vec::new(),
         source: Source::default(),
         volume,
+        meaning: Meaning::default(),
+        label: None,
     };
     let mut scene = Scene::default();
     let mut warnings = Warnings::new();
@@ -163,6 +176,8 @@ fn texts(name: &str) -> &'static [&'static str] {
         "keep" => &["all", "1"],
         "crop" => &["0,0.5,0,1,0,1"],
         "clip" => &["x>0.5", "x>0.5;z>0.6"],
+        "outline_color" => &["#804020"],
+        "palette" => &["sunset", "ocean", "earth", "viridis", "#102030,#a0b0c0,#ff8000"],
         "size_max" => &["2%", "0.3mm"],
         "gradient_min" => &["0.1", "0.6"],
         _ => panic!("{name} needs values to try"),

@@ -9,12 +9,13 @@ use dotwork::export::{Pixels, RasterView, write_png};
 use dotwork::mesh::MeshStats;
 use dotwork::volume::Unit;
 use dotwork::{
-    LoadOptions, Loaded, Object, Plate, Raster, Rasterizer, RawMesh, Scene, Source, Style, Warnings,
-    load_with,
+    LoadOptions, Loaded, Object, Plate, Raster, Rasterizer, RawMesh, Scene, SceneFile, Source, Style,
+    Warnings, load_with, preset,
 };
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
+use crate::options::chosen_style_over;
 use crate::output;
 use crate::report::{self, Failure, Report};
 use crate::words::{grouped, list, number};
@@ -31,9 +32,12 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
         output::check(sheet, std::slice::from_ref(&args.input))?;
     }
     let mut warnings = Warnings::new();
-    let options = LoadOptions { raw: args.raw.clone(), series: args.series.clone() };
+    let options =
+        LoadOptions { raw: args.raw.clone(), series: args.series.clone(), ..LoadOptions::default() };
     let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
-        Loaded::Mesh(_) | Loaded::Scene { .. } | Loaded::Plate(_) if args.sheet.is_some() => {
+        Loaded::Mesh(_) | Loaded::Scene { .. } | Loaded::Plate(_) | Loaded::SceneFile(_)
+            if args.sheet.is_some() =>
+        {
             let input = args.input.display();
             return Err(Failure::Usage(format!("{input}: only volumes have features for a contact sheet")));
         }
@@ -53,10 +57,20 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
                 let drawing = volume::sheet(&input, features, &mut warnings)?;
                 write_sheet(path, &drawing)?;
             }
-            volume::describe(&input, &features)
+            let (words, mut value) = volume::describe(&input, &features);
+            if args.json && features.is_ok() {
+                let style = match args.style.style {
+                    None => preset("papers").unwrap_or_default(),
+                    Some(_) => Style::default(),
+                };
+                value["factors"] =
+                    volume::factors(*input, chosen_style_over(&args.style, style)?, &mut Warnings::new())?;
+            }
+            (words, value)
         }
         Loaded::Scene { scene, .. } => describe_dots(&args.input, &scene),
         Loaded::Plate(plate) => describe_plate(&args.input, &plate),
+        Loaded::SceneFile(file) => describe_scene_file(&args.input, &file)?,
     };
     value["warnings"] = warnings.iter().map(|w| json!(w.to_string())).collect();
     if args.json {
@@ -316,6 +330,28 @@ fn describe_plate(input: &Path, plate: &Plate) -> (String, Value) {
     });
     settings_json(&mut value, plate.settings());
     (words, value)
+}
+
+/// What a scene file puts together; the files of its objects are not opened.
+fn describe_scene_file(input: &Path, file: &SceneFile) -> Result<(String, Value), Failure> {
+    let mut settings = Scene::default();
+    file.settings.apply(&mut settings).map_err(|e| Failure::Run(format!("{}: {e}", input.display())))?;
+    let mut rows = vec![("format", "a scene file".to_string())];
+    rows.extend(settings_rows(&settings));
+    let mut words = format!("{}\n{}", input.display(), list(&rows));
+    let mut objects = Vec::new();
+    for object in &file.objects {
+        let style = object.own_style();
+        let source = object.file.display().to_string();
+        let name = object.name.clone().unwrap_or_else(|| source.clone());
+        words +=
+            &format!("\nobject {name}\n{}", list(&[("source", source.clone()), ("style", changes(&style))]));
+        objects
+            .push(json!({ "name": name, "source": source, "iso": object.iso, "style": style_json(&style) }));
+    }
+    let mut value = json!({ "file": input.display().to_string(), "format": "scene", "objects": objects });
+    settings_json(&mut value, &settings);
+    Ok((words, value))
 }
 
 fn style_json(style: &Style) -> Value {

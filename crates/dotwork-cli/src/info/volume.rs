@@ -2,9 +2,10 @@
 
 use dotwork::drawing::lettering::{text_width, write_text};
 use dotwork::drawing::{Drawing, Layer, Page};
-use dotwork::ink::FeatureChoice;
+use dotwork::ink::tone::FactorHistogram;
+use dotwork::ink::{BakeMethod, FeatureChoice};
 use dotwork::volume::{Feature, Features, Histogram, SampleType, Space, Unit, VolumeStats};
-use dotwork::{Color, FileError, Scene, Style, VolumeInput, Warnings};
+use dotwork::{Color, FileError, Loaded, Scene, Style, VolumeInput, Warnings};
 use serde_json::{Value, json};
 
 use crate::words::{grouped, list, number};
@@ -27,6 +28,22 @@ const COLUMNS: usize = 4;
 /// Side of each, and height of the line below, pixels.
 const TILE: u32 = 512;
 const CAPTION: u32 = 48;
+
+/// How the papers' factors of a style are spread over a volume's voxels, seen as the style `papers` sees them without
+/// further options: which of them takes the dots away, and where one might begin.
+pub fn factors(input: VolumeInput, style: Style, warnings: &mut Warnings) -> Result<Value, FileError> {
+    // The lists themselves are not needed.
+    let style = Style { bake: BakeMethod::Voxel, k_max: 0.01, ..style };
+    let mut scene = Scene::default();
+    for part in Loaded::Volume(Box::new(input)).into_meshes(&style, None, warnings)?.into_iter().take(1) {
+        part.turn_camera(&mut scene);
+        scene.add(part.into_object(style.clone(), warnings)?);
+    }
+    scene.bake(|_| ());
+    let histograms = scene.factor_histograms(0).unwrap_or_default();
+    let one = |h: &FactorHistogram| json!({ "name": h.name, "on": h.on, "mean": h.mean, "above_1": h.above, "bins": h.bins });
+    Ok(histograms.iter().map(one).collect())
+}
 
 /// A volume in words and as JSON, with the features that were found in it; warnings are the caller's.
 pub fn describe(input: &VolumeInput, features: &Result<Features, FileError>) -> (String, Value) {
@@ -164,13 +181,19 @@ fn feature(f: &Feature) -> Value {
     json!({ "name": f.name, "iso": f.iso, "range": f.range, "mean": f.mean, "share": f.share })
 }
 
-/// Draws all features of a volume in a row, each as `feature=N` draws it, and under each its number.
+/// Draws the features of a volume in rows, each as `feature=N` draws it, and under each its number. If there are more
+/// than [`MOST_FEATURES`], `warnings` say that the others are left out.
 pub fn sheet(
     input: &VolumeInput,
     features: &Features,
     warnings: &mut Warnings,
 ) -> Result<Drawing, FileError> {
-    let count = features.features.len().clamp(1, MOST_FEATURES);
+    let found = features.features.len();
+    if found > MOST_FEATURES {
+        warnings
+            .say(format!("only the first {MOST_FEATURES} of {found} features stand on the contact sheet"));
+    }
+    let count = found.clamp(1, MOST_FEATURES);
     let columns = count.min(COLUMNS);
     let rows = count.div_ceil(columns);
     let page =

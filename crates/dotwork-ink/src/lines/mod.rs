@@ -2,5 +2,11 @@
 //! is decided by whoever looks.
 
 mod contour;
+mod curvature;
+mod surface;
+mod voxel_curves;
 
 pub use contour::{Chains, Contours, Eye};
+pub use curvature::Ridges;
+pub use surface::SurfaceLines;
+pub use voxel_curves::{Chosen, Criteria, Lattice, MAX_PIECE_ID, Piece, VoxelCurves};

@@ -7,12 +7,12 @@ mod values;
 
 use std::fmt;
 
-use dotwork_drawing::{Color, Length, Unit};
+use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 
 use values::Value;
 pub use values::{
-    BakeMethod, Clip, Crop, Factors, Fade, FeatureChoice, Fraction, GradientMin, Inked, Keep, SilhouetteForm,
-    SizeMax, TwoSided, Visibility, Window,
+    BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
+    Inked, Keep, OutlineColor, PaletteChoice, Role, SilhouetteForm, SizeMax, TwoSided, Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -157,6 +157,7 @@ style! {
         back: f32 = 0.15, UNIT, "ink", "Additional ink on back faces of open surfaces.", "ink + back where n.E < 0";
     }
     "Dots" {
+        dots: bool = true, Kind::Switch, "", "Draws dots; false leaves the lines alone.", "";
         dot_size: Length = Length::percent(0.24), Kind::Length, "diameter", "Diameter of a dot that faces the eye.",
             "r = dot_size / 2";
         foreshorten: f32 = 0.5, UNIT, "",
@@ -182,10 +183,37 @@ style! {
             "width * depth of the centre / depth";
         outline_min: Length = Length::percent(1.5), Kind::Length, "length",
             "Visible stretches of outline shorter than this are left out.", "";
+        creases: bool = false, Kind::Switch, "", "Draws sharp edges too, with the outline.",
+            "edges whose faces meet at more than crease_min";
+        crease_min: f32 = 50.0, Kind::Number { min: 10.0, max: 180.0 }, "degrees",
+            "Edges of a mesh whose faces meet at more than this angle are sharp: outlines run along them.", "";
     }
     "Colour" {
         color: Color = Color::BLACK, Kind::Color, "sRGB", "Colour of the ink.", "";
         paper: Color = Color::WHITE, Kind::Color, "sRGB", "Colour of the paper.", "";
+        outline_color: OutlineColor = OutlineColor(None), Kind::Text("auto | #rrggbb"), "sRGB",
+            "Colour of the lines; auto gives them that of the ink. White ones part coloured forms.", "Lu et al. 2003, 5.7";
+        coloring: Coloring = Coloring::None, Kind::Choice(Coloring::WORDS), "",
+            "What the colours of dots follow, instead of color: the light (warm where it falls, cool in the shade), the \
+             depth (warm near, cool far), or both (the light's colours fade towards far).",
+            "light: u = (1 + n.L) / 2; depth: u = 1 - z, z = 0 at the near and 1 at the far end of the bounding sphere; \
+             color = mix(cool, warm, u); both: mix(mix(cool, warm, (1 + n.L) / 2), far, z); after Lu et al. 2003, 5.7";
+        warm: Color = crate::coloring::WARM, Kind::Color, "sRGB", "Colour of what is lit or near, u = 1.", "see coloring";
+        cool: Color = crate::coloring::COOL, Kind::Color, "sRGB", "Colour of what is in the shade or far, u = 0.",
+            "see coloring";
+        far: Color = crate::coloring::FAR, Kind::Color, "sRGB",
+            "With both: the colour towards which all others fade with distance.", "see coloring";
+        color_space: ColorSpace = ColorSpace::Oklch, Kind::Choice(ColorSpace::WORDS), "",
+            "Where colours are mixed: hls is the paper's hue, lightness and saturation; oklch is even to the eye.",
+            "along the shorter way round the hue; hls: Lu et al. 2003, 5.7; oklch: Ottosson 2020";
+        palette: PaletteChoice = PaletteChoice::None,
+            Kind::Text("none | sunset | ocean | earth | viridis | #rrggbb,#rrggbb,... | FILE"), "",
+            "Colours from u = 0 to u = 1 that take the place of cool and warm: one with a name, a list of 2 to 64, or a \
+             file with one #rrggbb a line or a GIMP palette, which is read into a list.",
+            "color = the two entries next to u, mixed";
+        color_steps: f32 = 64.0, Kind::Number { min: 2.0, max: 64.0 }, "colours",
+            "How many colours a form is drawn in at most; each is a layer, and for a plotter a pen.",
+            "u, and with both u and z, in equal steps";
     }
     "Volume" {
         feature: FeatureChoice = FeatureChoice::Auto, Kind::Text("auto | outer | dense | N | LO,HI"), "",
@@ -243,7 +271,7 @@ style! {
         size_max: SizeMax = SizeMax(None), Kind::Text("off | px, mm or % of the page"), "diameter",
             "Diameter of a dot of the strongest gradient, from which the others follow; off draws all with dot_size.",
             "size = |G| * size_max * T_r * T_d * T_i; Lu et al. 2002, eq 4";
-        k_max: f32 = 1.0, Kind::Number { min: 0.01, max: 4.0 }, "",
+        k_max: f32 = 0.2, Kind::Number { min: 0.01, max: 4.0 }, "",
             "Most stipples of a voxel, over the pixels that it covers in the view of the bake, of which a page has a thousand.",
             "N_max = k_max * rendered area / (X * Y * Z)^(2/3); Lu et al. 2002, eq 1";
         gradient_min: GradientMin = GradientMin(None), Kind::Text("auto | SHARE"), "of the strongest gradient",
@@ -257,6 +285,19 @@ style! {
             "probability: count + w * (u - 1/2), u random for each voxel, w = 1 - min(1, area / min_area_px); Lu et al. 2003, 5.2";
         min_area_px: f32 = 5.0, Kind::Number { min: 2.0, max: 9.0 }, "px^2",
             "Area on the page below which a voxel counts as small.", "see fraction";
+        curves: bool = false, Kind::Switch, "",
+            "Draws the silhouette curves of a volume from its voxels, in the place of its outlines.",
+            "voxels with |LoG| <= t_log, |n.E| < t_eye and |G| > t_grad; Lu et al. 2002, section 5.6; with factors=papers";
+        curves_method: CurvesMethod = CurvesMethod::Segment, Kind::Choice(CurvesMethod::WORDS), "",
+            "What is drawn for such a voxel: a segment along the curve, or lines to those of its neighbours that are such \
+             voxels too.",
+            "segment: through the centre along G x E, as long as a voxel; search: centre to centre in 3 x 3 x 3";
+        t_log: f32 = 0.0, UNIT, "of the largest |LoG|",
+            "How far from an edge in the volume curves may lie; 0 takes the voxels nearest to it, more makes curves thicker.",
+            "LoG: the Laplacian of the volume smoothed by a Gaussian, 0 at edges; see curves";
+        t_eye: f32 = 0.2, UNIT, "cosine",
+            "How far from the outline curves may lie: the largest cosine between normal and eye.", "see curves";
+        t_grad: f32 = 0.1, UNIT, "of the strongest gradient", "Weaker gradients carry no curves.", "see curves";
     }
     "Surface" {
         visibility: Visibility = Visibility::Solid, Kind::Choice(Visibility::WORDS), "",
@@ -264,6 +305,11 @@ style! {
         occlusion: f32 = 1.0, UNIT, "",
             "With solid: how much a closed form hides what lies within and behind it: 1 all, 0 nothing, 0.2 makes a ghost.",
             "ink * exp(-k d), d the matter before the place in radii of the scene, k = 8 occlusion / (1 - occlusion)";
+        role: Role = Role::Plain, Kind::Choice(Role::WORDS), "",
+            "What the object is among others: a context hides only itself and other contexts, and is thinned where a focus \
+             lies behind it.", "";
+        context_thin: f32 = 0.75, UNIT, "", "Share of its ink that a context loses where a focus lies behind it.",
+            "ink * (1 - context_thin)";
         front_angle: f32 = 90.0, Kind::Number { min: 1.0, max: 90.0 }, "degrees",
             "With facing, solid or the papers' lighting: largest angle between the normal and the eye at which dots are drawn.",
             "Lu et al. 2003";

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use dotwork_drawing::{Color, Length};
+use dotwork_drawing::{Color, ColorSpace, Length, Palette};
 
 use super::{Kind, Param};
+use crate::coloring::PALETTES;
 
 /// Numbers that also take `true` for 1 and `false` for 0: among the papers' factors they are switches.
 const SWITCHES: [&str; 3] = ["silhouette", "resolution", "distance"];
@@ -52,6 +53,16 @@ impl Value for bool {
 }
 
 impl Value for Color {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        s.trim().parse().map_err(|e| format!("{}: {e}", param.name))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for ColorSpace {
     fn parse(s: &str, param: &Param) -> Result<Self, String> {
         s.trim().parse().map_err(|e| format!("{}: {e}", param.name))
     }
@@ -125,6 +136,16 @@ choice! {
 }
 
 choice! {
+    /// What is drawn for a voxel of a silhouette curve.
+    CurvesMethod {
+        /// A segment through its centre, along the curve.
+        Segment = "segment",
+        /// Lines to those of its neighbours that belong to a silhouette too.
+        Search = "search",
+    }
+}
+
+choice! {
     /// What hides a dot.
     Visibility {
         /// Nothing: every layer prints, as in the papers' volumes.
@@ -133,6 +154,18 @@ choice! {
         Facing = "facing",
         /// Facing away, or lying behind the surface.
         Solid = "solid",
+    }
+}
+
+choice! {
+    /// What an object is in its picture.
+    Role {
+        /// One among others.
+        Plain = "plain",
+        /// What the picture is about.
+        Focus = "focus",
+        /// What the focus lies in: it hides nothing but itself and its like, and is thinned before the focus.
+        Context = "context",
     }
 }
 
@@ -187,6 +220,80 @@ choice! {
         BlueNoise = "blue-noise",
         /// A list for each voxel of a volume.
         Voxel = "voxel",
+    }
+}
+
+choice! {
+    /// What the colours of dots follow.
+    Coloring {
+        /// Nothing: all have one colour.
+        None = "none",
+        /// The light.
+        Light = "light",
+        /// The distance from the eye.
+        Depth = "depth",
+        /// The light, and the distance.
+        Both = "both",
+    }
+}
+
+/// The colours along light or depth, where `warm` and `cool` do not say them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum PaletteChoice {
+    /// From `cool` to `warm`.
+    #[default]
+    None,
+    /// One of [`PALETTES`], by its name there.
+    Named(&'static str),
+    /// These colours.
+    List(Palette),
+}
+
+impl Value for PaletteChoice {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        let s = s.trim();
+        if s == "none" {
+            return Ok(PaletteChoice::None);
+        }
+        if let Some((name, _)) = PALETTES.iter().find(|(name, _)| *name == s) {
+            return Ok(PaletteChoice::Named(name));
+        }
+        if !s.contains(',') {
+            return refused(s, param);
+        }
+        // One more than there may be is enough to say no.
+        let colors: Result<Vec<Color>, String> =
+            s.split(',').take(Palette::MOST + 1).map(|c| c.trim().parse()).collect();
+        let palette = colors.and_then(|colors| match colors.len() {
+            n if n > Palette::MOST => Err(format!("has more than {} colours", Palette::MOST)),
+            _ => Palette::new(colors),
+        });
+        palette.map(PaletteChoice::List).map_err(|e| format!("{}: {e}", param.name))
+    }
+
+    fn show(&self) -> String {
+        match self {
+            PaletteChoice::None => "none".into(),
+            PaletteChoice::Named(name) => name.to_string(),
+            PaletteChoice::List(palette) => palette.to_string(),
+        }
+    }
+}
+
+/// Colour of the lines; `None` where they have that of the ink.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutlineColor(pub Option<Color>);
+
+impl Value for OutlineColor {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match s.trim() {
+            "auto" => Ok(OutlineColor(None)),
+            s => Color::parse(s, param).map(|color| OutlineColor(Some(color))),
+        }
+    }
+
+    fn show(&self) -> String {
+        self.0.map_or("auto".into(), |color| color.to_string())
     }
 }
 

@@ -82,7 +82,15 @@ fn draw(stock: &Stock, style: &Style, camera: &Camera) -> Dots {
     let (mesh, page) = (ball(), Page::pixels(600, 600).unwrap());
     let view = camera.view(Vec3::ZERO, 1.5, &page);
     let plan = InkPlan::new(stock, style, &page);
-    let subject = Subject { name: "o", mesh: &mesh, borders: &[], stock, style, plan: &plan };
+    let subject = Subject {
+        name: "o",
+        mesh: &mesh,
+        lines: &Default::default(),
+        curves: None,
+        stock,
+        style,
+        plan: &plan,
+    };
     let frame = Frame { subjects: &[subject], view: &view, light: view.up, page: &page };
     let mut drawing = Drawing::new(page, Color::WHITE);
     let mut backend = CpuBackend::new();
@@ -278,6 +286,49 @@ fn solid_hides_what_lies_behind_and_nothing_else() {
     let inside = bake(&inside, 10.0, None);
     assert_eq!(draw(&inside, &style(Visibility::Facing), &camera("0,0")).id.len(), 4000);
     assert_eq!(draw(&inside, &style(Visibility::Solid), &camera("0,0")).id.len(), 0);
+}
+
+#[test]
+fn what_lies_in_translucent_matter_is_thinned() {
+    let mut inside = sheet();
+    for list in [&mut inside.position.x, &mut inside.position.y] {
+        list.iter_mut().for_each(|v| *v *= 0.4);
+    }
+    let stock = bake(&inside, 100.0, None);
+    let elements = stock.elements.as_ref().unwrap();
+    let camera = Camera { ortho: true, ..camera("0,0") };
+    for (occlusion, k) in [(0.0, 0.0), (0.1, 8.0 / 9.0), (0.2, 2.0)] {
+        let style = Style { visibility: Visibility::Solid, occlusion, ..plain(1.0) };
+        for (e, &count) in counts(&draw(&stock, &style, &camera), &stock).iter().enumerate() {
+            // From the front of the unit ball to where the sheet is looked at; the scene's radius is 1.5.
+            let matter = (1.0 - elements.position.at(e).length_squared()).sqrt() - elements.reach;
+            let expected = 100.0 * (-k * matter / 1.5).exp();
+            assert!(
+                (count as f32 - expected).abs() < 0.51 + 0.01 * expected,
+                "{occlusion}: {count} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_lies_behind_the_eye_is_not_drawn() {
+    let mut behind = sheet();
+    behind.position.z.fill(3.0);
+    behind.normal.z.fill(-1.0);
+    let stock = bake(&behind, 10.0, None);
+    // The eye on +z, 1.575 from the centre: a mirror image would lie on the page.
+    let camera = camera("0,0,1.05");
+    let mut papers = plain(1.0);
+    for k_re in [0.0, 0.5, 2.0] {
+        (papers.resolution, papers.k_re) = (1.0, k_re);
+        assert_eq!(draw(&stock, &papers, &camera).id.len(), 0, "{k_re}");
+    }
+    let flat = Style { visibility: Visibility::Through, ..preset("flat").unwrap() };
+    assert_eq!(draw(&stock, &flat, &camera).id.len(), 0);
+    // In parallel projection nothing lies behind it.
+    let parallel = Camera { ortho: true, ..camera };
+    assert_eq!(draw(&stock, &papers, &parallel).id.len(), 4000);
 }
 
 #[test]

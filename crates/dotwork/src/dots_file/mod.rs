@@ -12,17 +12,23 @@
 //! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
 //! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
+//! | `K/curves/voxels`, `K/curves/normals`, `K/curves/magnitudes`, `K/curves/laplacians` | where silhouette curves are drawn from voxels, those that may be part of them: numbers in the grid (`u32`, rising), three `f32`, then one; `surfaces` has `curves` with the grid's `dims`, `origin`, `edges`, and `t_log`, `t_grad`, `least` |
+//! | `bulk` | noise, in a file that would be too short: one whose voxels become more than a million stipples is at least a quarter as many bytes long, one with more than 262,144 voxels of curves as many, and one with a text of more than 512 KiB half as long as that |
 //!
-//! Places of stipples are not stored: they follow from the bake and the surface, or from the voxels. What is read is checked before it is
-//! used, so that a file made by someone else gives an error at worst.
+//! Places of stipples are not stored: they follow from the bake and the surface, or from the voxels. What is read is
+//! checked before it is used, so that a file made by someone else gives an error at worst; and a short file takes no
+//! more memory than a scene of its size may: what sections unpack to, texts, the stipples of voxels and the voxels of curves are limited.
 
+mod curves;
 mod settings;
 mod voxels;
 
 use std::path::Path;
 use std::sync::Arc;
 
+use dotwork_drawing::hash::hash2;
 use dotwork_export::write_atomic;
+use dotwork_ink::lines::VoxelCurves;
 use dotwork_ink::{Baked, Stock};
 use dotwork_io::dots::{DotsError, Reader, Writer};
 use dotwork_mesh::Mesh;
@@ -67,10 +73,12 @@ pub fn save_dots(path: impl AsRef<Path>, scene: &Scene) -> Result<(), FileError>
 /// A scene as the bytes of a `.dots` file.
 pub fn encode_dots(scene: &Scene) -> Vec<u8> {
     let mut file = Writer::new();
-    file.text("settings", &settings_text(scene));
+    let settings = settings_text(scene);
+    file.text("settings", &settings);
     let mut surfaces = Vec::new();
-    let baked = scene.objects.iter().filter_map(|o| Some((&o.mesh, o.stock.as_deref()?)));
-    for (k, (mesh, stock)) in baked.enumerate() {
+    let baked = scene.objects.iter().filter_map(|o| Some((o, o.stock.as_deref()?)));
+    for (k, (object, stock)) in baked.enumerate() {
+        let mesh = &object.mesh;
         let bake = &stock.baked;
         let mut surface = Table::new();
         surface.insert("origin".into(), Value::Array(mesh.origin.iter().map(|&v| Value::Float(v)).collect()));
@@ -95,12 +103,33 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
             file.section_u32(&section("element"), &bake.element);
             file.section_f32(&section("weights"), bake.weights.as_flattened());
         }
+        if let Some(curves) = curves_of(object) {
+            surface.insert("curves".into(), curves::write(&mut file, k, curves));
+        }
         surfaces.push(Value::Table(surface));
     }
     let mut table = Table::new();
     table.insert("object".into(), Value::Array(surfaces));
-    file.text("surfaces", &table.to_string());
-    file.finish()
+    let surfaces = table.to_string();
+    let longest_text = settings.len().max(surfaces.len());
+    file.text("surfaces", &surfaces);
+    let bytes = file.finish();
+    let elements = scene.objects.iter().filter_map(|o| o.stock.as_deref()?.elements.as_ref());
+    let baked = scene.objects.iter().filter(|o| o.stock.is_some());
+    let curves = curves::least_length(baked.filter_map(curves_of));
+    let least =
+        voxels::least_length(elements).max(curves).max(longest_text.div_ceil(settings::TEXT_PER_BYTE));
+    if bytes.len() >= least.min(u32::MAX as usize) {
+        return bytes;
+    }
+    // What would be refused as hostile: noise does not pack, so that the file becomes as long as it has to be.
+    let noise = (0..least as u32).map(|i| hash2(i, 0) as u8);
+    file.section("bulk", noise.collect()).finish()
+}
+
+/// The curves that an object draws.
+fn curves_of(object: &Object) -> Option<&VoxelCurves> {
+    object.curves.as_deref().filter(|_| object.draws_curves())
 }
 
 fn flat(vectors: &[Vec3]) -> Vec<f32> {
@@ -109,16 +138,23 @@ fn flat(vectors: &[Vec3]) -> Vec<f32> {
 
 /// The scene of an opened file.
 pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
-    let (mut scene, described, _) = settings::read(&file.text("settings")?).map_err(|e| file.invalid(e))?;
-    let surfaces: Table =
-        file.text("surfaces")?.parse().map_err(|_| file.invalid("section 'surfaces' is not TOML"))?;
+    let invalid = |e: String| file.invalid(e);
+    let (mut scene, described, _) =
+        settings::read(&file.text("settings")?, file.length()).map_err(invalid)?;
+    let surfaces = settings::toml_of(&file.text("surfaces")?, "surfaces", file.length()).map_err(invalid)?;
     let surfaces = surfaces.get("object").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     if described.is_empty() || described.len() != surfaces.len() {
         let (a, b) = (described.len(), surfaces.len());
         return Err(file.invalid(format!("it describes {a} objects with {b} surfaces")));
     }
+    let mut allowance = voxels::Allowance::of(file);
+    let mut curve_allowance = curves::Allowance::of(file);
     for (k, (object, surface)) in described.into_iter().zip(surfaces).enumerate() {
-        let (mesh, stock) = read_object(file, k, surface)?;
+        let (mesh, stock) = read_object(file, k, surface, &mut allowance)?;
+        let curves = match surface.get("curves") {
+            Some(text) => Some(Arc::new(curves::read(file, k, text, &mut curve_allowance)?)),
+            None => None,
+        };
         let (mesh, stock) = (Arc::new(mesh), Some(Arc::new(stock)));
         scene.objects.push(Object {
             name: object.name,
@@ -128,12 +164,18 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             volume: None,
             style: object.style,
             stock,
+            curves,
         });
     }
     Ok(scene)
 }
 
-fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock), DotsError> {
+fn read_object(
+    file: &Reader,
+    k: usize,
+    surface: &Value,
+    allowance: &mut voxels::Allowance,
+) -> Result<(Mesh, Stock), DotsError> {
     let section = |what: &str| format!("{k}/{what}");
     let broken = |what: &str| file.invalid(format!("object {k}: {what}"));
 
@@ -189,7 +231,7 @@ fn read_object(file: &Reader, k: usize, surface: &Value) -> Result<(Mesh, Stock)
     }
 
     if let Some(text) = surface.get("voxels") {
-        let stock = voxels::read(file, k, text)?;
+        let stock = voxels::read(file, k, text, allowance)?;
         return Ok((mesh, stock));
     }
 

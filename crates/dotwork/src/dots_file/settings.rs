@@ -5,7 +5,17 @@ use dotwork_ink::{MAX_STIPPLES, PARAMS, Style};
 use dotwork_volume::{Space, Unit};
 use toml::{Table, Value};
 
+use crate::files::one_line;
+use crate::placement::Placement;
 use crate::scene::{Scene, Source, World, ZOOM};
+
+/// How long a text may be, and how much longer for each byte of its file: while it is understood, a byte may take two
+/// hundred, and long texts pack a thousand times.
+const LONGEST_TEXT: usize = 512 << 10;
+pub(super) const TEXT_PER_BYTE: usize = 2;
+
+/// Characters of an error at most.
+const LONGEST_ERROR: usize = 300;
 
 /// Units by their names in files.
 const UNITS: [(Unit, &str); 4] =
@@ -54,6 +64,12 @@ pub fn settings_text(scene: &Scene) -> String {
             }
             if let Some(cut) = source.cut {
                 table.insert("cut".into(), Value::Integer(cut.into()));
+            }
+            if let Some(label) = source.label {
+                table.insert("label".into(), Value::Integer(label));
+            }
+            if source.placement != Placement::default() {
+                table.insert("placement".into(), Value::String(source.placement.to_string()));
             }
         }
         if object.world.space == Space::Patient {
@@ -107,9 +123,25 @@ pub fn settings_text(scene: &Scene) -> String {
     all.to_string()
 }
 
-/// The scene without its surfaces, its objects as described, and the version of dotwork that wrote this.
-pub(crate) fn read(text: &str) -> Result<(Scene, Vec<Described>, String), String> {
-    let all: Table = text.parse().map_err(|_| "section 'settings' is not TOML")?;
+/// The scene without its surfaces, its objects as described, and the version of dotwork that wrote this; from a file
+/// of `file_length` bytes.
+///
+/// # Errors
+/// What is missing or impossible, on one line of reasonable length: names and keys may be anything.
+pub(crate) fn read(text: &str, file_length: usize) -> Result<(Scene, Vec<Described>, String), String> {
+    parse(text, file_length).map_err(|e| one_line(&e).chars().take(LONGEST_ERROR).collect())
+}
+
+/// The TOML of the section `name` of a file of `file_length` bytes.
+pub(super) fn toml_of(text: &str, name: &str, file_length: usize) -> Result<Table, String> {
+    if text.len() > file_length.saturating_mul(TEXT_PER_BYTE).max(LONGEST_TEXT) {
+        return Err(format!("section '{name}' of {} bytes is longer than that of any scene", text.len()));
+    }
+    text.parse().map_err(|_| format!("section '{name}' is not TOML"))
+}
+
+fn parse(text: &str, file_length: usize) -> Result<(Scene, Vec<Described>, String), String> {
+    let all = toml_of(text, "settings", file_length)?;
     let all = Settings { table: &all, of: "settings" };
     let camera = all.table("camera")?;
     let distance = camera.table.get("distance").map(|_| camera.number("distance", 1.0, 1e6)).transpose()?;
@@ -171,8 +203,21 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
     let raw = object.optional("raw")?.map(String::from);
     let cut = object.table.get("cut").map(|_| object.integer("cut")).transpose()?;
     let series = object.optional("series")?.map(String::from);
-    let source =
-        object.optional("source")?.map(|file| Source { file: file.into(), checksum, raw, series, iso, cut });
+    let label = match object.table.get("label") {
+        None => None,
+        Some(v) => Some(v.as_integer().ok_or("object: label is not a whole number")?),
+    };
+    let placement = object.optional("placement")?.map_or(Ok(Placement::default()), str::parse)?;
+    let source = object.optional("source")?.map(|file| Source {
+        file: file.into(),
+        checksum,
+        raw,
+        series,
+        iso,
+        cut,
+        label,
+        placement,
+    });
     let space = match object.optional("space")? {
         Some("patient") => Space::Patient,
         _ => Space::Unknown,

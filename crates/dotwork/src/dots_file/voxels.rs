@@ -1,7 +1,7 @@
 //! The voxels of a bake in a `.dots` file: the stipples follow from them, so that only they are kept.
 
 use dotwork_drawing::Warnings;
-use dotwork_ink::bake::{VoxelSettings, Voxels, voxel};
+use dotwork_ink::bake::{MAX_IN_VOXEL, VoxelSettings, Voxels, voxel};
 use dotwork_ink::{Elements, MAX_STIPPLES, Stock, Vectors};
 use dotwork_io::dots::{DotsError, Reader, Writer};
 use glam::Vec3;
@@ -16,6 +16,41 @@ const MAX_SLAB: f32 = 64.0;
 
 /// Most stipples that can have been asked for in a voxel: shortened lists remember the number.
 const MAX_WANTED: f32 = 1e12;
+
+/// Most stipples that the voxels of a file become for each of its bytes, and the size up to which files count alike.
+/// While it is made, a stipple takes some 100 bytes: without a limit, a file of a kilobyte could ask for gigabytes.
+const STIPPLES_PER_BYTE: usize = 4;
+const SMALL_FILE: usize = 256 << 10;
+
+/// How many stipples `voxels` become at most, each of which asks for `n_max`.
+fn stipples(voxels: usize, n_max: f32) -> usize {
+    voxels.saturating_mul((n_max.ceil() as usize).clamp(1, MAX_IN_VOXEL)).min(MAX_STIPPLES)
+}
+
+/// How many stipples the voxels of a file may become.
+fn most_stipples(file_length: usize) -> usize {
+    file_length.max(SMALL_FILE).saturating_mul(STIPPLES_PER_BYTE)
+}
+
+/// The shortest file in which the voxels of `all` may become their stipples, bytes.
+pub(super) fn least_length<'a>(all: impl Iterator<Item = &'a Elements>) -> usize {
+    let stipples: usize = all.map(|e| stipples(e.len(), e.wanted)).sum();
+    if stipples <= most_stipples(0) { 0 } else { stipples.div_ceil(STIPPLES_PER_BYTE) }
+}
+
+/// What is left of the stipples that the voxels of a file may become.
+pub(super) struct Allowance(usize);
+
+impl Allowance {
+    pub(super) fn of(file: &Reader) -> Allowance {
+        Allowance(most_stipples(file.length()))
+    }
+
+    fn take(&mut self, stipples: usize) -> Option<()> {
+        self.0 = self.0.checked_sub(stipples)?;
+        Some(())
+    }
+}
 
 /// Writes the voxels of object `k`, and gives what belongs in the text on its surface.
 pub(super) fn write(file: &mut Writer, k: usize, elements: &Elements) -> Value {
@@ -38,7 +73,15 @@ pub(super) fn write(file: &mut Writer, k: usize, elements: &Elements) -> Value {
 }
 
 /// The stock of object `k` of a file, baked again from its voxels.
-pub(super) fn read(file: &Reader, k: usize, text: &Value) -> Result<Stock, DotsError> {
+///
+/// # Errors
+/// What is missing or impossible, before memory is taken for it.
+pub(super) fn read(
+    file: &Reader,
+    k: usize,
+    text: &Value,
+    allowance: &mut Allowance,
+) -> Result<Stock, DotsError> {
     let section = |what: &str| format!("{k}/voxels/{what}");
     let broken = |what: &str| file.invalid(format!("object {k}: {what}"));
     let float = |key: &str, fits: &dyn Fn(f32) -> bool| {
@@ -66,9 +109,17 @@ pub(super) fn read(file: &Reader, k: usize, text: &Value) -> Result<Stock, DotsE
         .map(|v| [0, 3, 6].map(|i| Vec3::new(v[i], v[i + 1], v[i + 2])))
         .ok_or_else(|| broken("the edges of its voxels are not nine numbers of reasonable size"))?;
 
+    let volume = edges[0].cross(edges[1]).dot(edges[2]);
+    if !volume.is_finite() {
+        return Err(broken("the edges of its voxels are too long"));
+    }
+
     let (_, count) = file.describe(&section("values"))?;
     let count = usize::try_from(count).ok().filter(|count| *count <= MAX_STIPPLES);
     let count = count.ok_or_else(|| broken("it has too many voxels"))?;
+    allowance
+        .take(stipples(count, settings.n_max))
+        .ok_or_else(|| broken("its voxels become more stipples than a file of this size can mean"))?;
     for (what, width) in [("magnitudes", 1), ("positions", 3), ("normals", 3)] {
         file.expect_length(&section(what), count.saturating_mul(width))?;
     }

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::FileError;
 use super::input::MeshFile;
+use super::parts::Look;
 use crate::scene::Source;
 
 /// Ink of the densest part of a cut, and how much more the least dense has: of the latter, the power.
@@ -44,6 +45,7 @@ impl MeshFile {
                     notes: Vec::new(),
                     raw: flat(&cut, face, range),
                     volume: None,
+                    look: Look::default(),
                 });
             }
         }
@@ -59,7 +61,7 @@ impl MeshFile {
     /// The style of this part of an object that is drawn in `style`: a cut shows its values.
     pub fn style(&self, style: Style) -> Style {
         match self.source.cut {
-            None => style,
+            None => self.look.over(style),
             Some(_) => Style { texture: 1.0, back: 0.0, ..style },
         }
     }

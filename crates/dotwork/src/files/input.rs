@@ -1,7 +1,6 @@
 //! From a path or a demo's name to a scene.
 
-use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dotwork_drawing::{UpAxis, Warnings};
@@ -10,16 +9,18 @@ use dotwork_io::dots::{self, Reader};
 use dotwork_io::volume::{
     RawLayout, VolumeFile, VolumeOptions, read_volume, read_volume_bytes, volume_format_of,
 };
-use dotwork_io::{ReadError, ReadErrorKind};
 use dotwork_mesh::{RawMesh, shapes};
 use dotwork_volume::phantom::phantom;
-use dotwork_volume::{Space, Unit, Volume};
+use dotwork_volume::{Affine, Space, Unit, Volume};
 
 use super::FileError;
+use super::parts::{Look, Meaning};
 use super::plate::Plate;
 use super::volume::VolumeInput;
 use crate::dots_file::read_scene;
+use crate::placement::Placement;
 use crate::scene::{Object, Scene, Source, World};
+use crate::scene_file::{SceneFile, read_scene_file};
 
 /// What an input holds.
 pub enum Loaded {
@@ -36,6 +37,8 @@ pub enum Loaded {
     },
     /// A picture that dotwork drew, with the settings that it carries.
     Plate(Box<Plate>),
+    /// A scene file: objects with their styles, the camera and the page.
+    SceneFile(Box<SceneFile>),
 }
 
 /// A mesh as its file gives it.
@@ -60,6 +63,8 @@ pub struct MeshFile {
     pub raw: RawMesh,
     /// The prepared volume whose surface it is.
     pub volume: Option<Arc<Volume>>,
+    /// What it looks like by the volume's table or transfer function.
+    pub look: Look,
 }
 
 impl MeshFile {
@@ -75,6 +80,21 @@ impl MeshFile {
         object.world = world;
         object.volume = volume;
         Ok(object)
+    }
+
+    /// Puts the mesh, and the volume that it was found in, elsewhere.
+    pub fn place(&mut self, placement: Placement) {
+        if placement == Placement::default() {
+            return;
+        }
+        placement.apply(&mut self.raw);
+        self.source.placement = placement;
+        self.volume = self.volume.take().map(|volume| {
+            let (linear, shift) = placement.parts();
+            let old = volume.affine();
+            let affine = Affine { linear: linear * old.linear, origin: linear * old.origin + shift, ..*old };
+            Arc::new(Arc::unwrap_or_clone(volume).with_affine(affine))
+        });
     }
 
     /// Turns the camera of a new scene as this input asks: up, and for a patient the anterior view.
@@ -93,6 +113,14 @@ pub struct LoadOptions {
     pub raw: Option<RawLayout>,
     /// Which series of DICOM files is read: its UID, number or description; `None`: the one with the largest volume.
     pub series: Option<String>,
+    /// The values of volumes are labels: those of this table, or `auto` for labels without names.
+    pub labels: Option<PathBuf>,
+    /// The only label that is drawn, by its value.
+    pub label: Option<i64>,
+    /// The transfer function through which volumes are seen.
+    pub transfer: Option<PathBuf>,
+    /// Which of several transfer functions in that file, by its name.
+    pub transfer_name: Option<String>,
 }
 
 impl LoadOptions {
@@ -101,8 +129,8 @@ impl LoadOptions {
     }
 }
 
-/// Reads an input: a mesh file, a volume (a folder of DICOM or TIFF files too), a `.dots` file, a picture that dotwork drew, or a
-/// built-in demo, `demo:NAME`.
+/// Reads an input: a mesh file, a volume (a folder of DICOM or TIFF files too), a `.dots` file, a picture that dotwork
+/// drew, or a built-in demo, `demo:NAME`.
 ///
 /// What a file is is decided by its content. What was dropped on the way is said in `warnings`.
 ///
@@ -125,13 +153,17 @@ pub fn load_with(
     let input = path.to_string_lossy().into_owned();
     if let Some(name) = input.strip_prefix("demo:") {
         return match phantom(name) {
-            Some(volume) => Ok(Loaded::Volume(Box::new(VolumeInput::demo(name, volume)))),
+            Some(volume) => {
+                let mut volume = VolumeInput::demo(name, volume);
+                volume.take(options, None, warnings)?;
+                Ok(Loaded::Volume(Box::new(volume)))
+            }
             None => demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh))),
         };
     }
     if options.raw.is_some() || path.is_dir() {
         let file = read_volume(path, &options.of_volume(), warnings)?;
-        return Ok(volume(path, file, options));
+        return volume(path, file, options, warnings);
     }
     let bytes = dotwork_io::read_file(path)?;
     // A file of that name that is none is told so, rather than that it is no mesh.
@@ -139,13 +171,17 @@ pub fn load_with(
         let scene = read_scene(&Reader::from_bytes(path, bytes)?)?;
         return Ok(Loaded::Scene { input, scene: Box::new(scene) });
     }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        return Ok(Loaded::SceneFile(Box::new(read_scene_file(path)?)));
+    }
     if let Some(plate) = Plate::of_bytes(path, &bytes)? {
         return Ok(Loaded::Plate(Box::new(plate)));
     }
     if volume_format_of(path, &bytes).is_some() {
         // Not read again: a pipe gives its bytes once.
-        let file = read_volume_bytes(path, &bytes, &VolumeOptions::default(), &mut read_data_file, warnings)?;
-        return Ok(volume(path, file, options));
+        let beside = &mut dotwork_io::read_regular_file;
+        let file = read_volume_bytes(path, &bytes, &options.of_volume(), beside, warnings)?;
+        return volume(path, file, options, warnings);
     }
     let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
     let (raw, checksum) = dotwork_io::read_mesh_checked(path, &bytes, warnings)?;
@@ -166,6 +202,7 @@ pub fn load_with(
         notes: Vec::new(),
         raw,
         volume: None,
+        look: Look::default(),
     })))
 }
 
@@ -184,42 +221,40 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         notes: Vec::new(),
         raw,
         volume: None,
+        look: Look::default(),
     })
 }
 
-/// Reads what a header names. It must be a regular file: a pipe or device would block or never end.
-fn read_data_file(path: &Path) -> Result<Vec<u8>, ReadError> {
-    match std::fs::metadata(path) {
-        Ok(found) if !found.is_file() && !found.is_dir() => {
-            let kind = ReadErrorKind::Io(io::Error::other("is no regular file"));
-            Err(ReadError { path: path.to_path_buf(), kind })
-        }
-        _ => dotwork_io::read_file(path),
-    }
-}
-
-fn volume(path: &Path, file: VolumeFile, options: &LoadOptions) -> Loaded {
+fn volume(
+    path: &Path,
+    file: VolumeFile,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Result<Loaded, FileError> {
     let input = path.to_string_lossy().into_owned();
     let source = Source {
         file: input.clone(),
         checksum: Some(file.checksum),
         raw: options.raw.as_ref().map(ToString::to_string),
         series: options.series.clone(),
-        iso: None,
-        cut: None,
+        ..Source::default()
     };
-    Loaded::Volume(Box::new(VolumeInput {
+    let mut volume = VolumeInput {
         name: object_name(path),
         input,
         format: file.format,
         facts: file.facts,
         source,
         volume: file.volume,
-    }))
+        meaning: Meaning::Quantities,
+        label: None,
+    };
+    volume.take(options, file.labels, warnings)?;
+    Ok(Loaded::Volume(Box::new(volume)))
 }
 
-/// Reads an input as a scene: a mesh or a demo as one object in `style`, everything else at its default; a `.dots` file
-/// or a plate with the styles and settings that it holds; of a volume the feature that `style` names.
+/// Reads an input as a scene: a mesh or a demo as one object in `style`, everything else at its default; a scene file, a
+/// `.dots` file or a plate with the styles and settings that it holds; of a volume the feature that `style` names.
 ///
 /// ```
 /// use dotwork::{Style, Warnings, open};
@@ -236,6 +271,7 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
     match load(input, warnings)? {
         Loaded::Scene { scene, .. } => Ok(*scene),
         Loaded::Plate(plate) => plate.scene(warnings),
+        Loaded::SceneFile(file) => Ok(file.scene(None, &|_| (), warnings)?.0),
         loaded => {
             let mut scene = Scene::default();
             for mesh in loaded.into_meshes(style, None, warnings)? {
@@ -262,8 +298,11 @@ impl Loaded {
     ) -> Result<Vec<MeshFile>, FileError> {
         match self {
             Loaded::Mesh(mesh) => mesh.clipped(style),
-            Loaded::Volume(volume) => volume.surface(style, iso, warnings)?.clipped(style),
+            Loaded::Volume(volume) => volume.meshes(style, iso, warnings),
             Loaded::Scene { input, .. } => Err(FileError::WholeScene { input }),
+            Loaded::SceneFile(file) => {
+                Err(FileError::WholeScene { input: file.path.to_string_lossy().into_owned() })
+            }
             Loaded::Plate(plate) => {
                 Err(FileError::WholeScene { input: plate.path().to_string_lossy().into_owned() })
             }

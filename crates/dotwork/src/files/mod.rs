@@ -3,6 +3,7 @@
 mod clip;
 mod input;
 mod output;
+mod parts;
 mod plate;
 mod volume;
 
@@ -17,6 +18,7 @@ use dotwork_volume::phantom::PHANTOMS;
 
 pub use input::{LoadOptions, Loaded, MeshFile, load, load_with, open};
 pub use output::{Format, encode_drawing, prepare, write_drawing};
+pub use parts::{Look, Meaning};
 pub use plate::Plate;
 pub use volume::VolumeInput;
 
@@ -86,6 +88,16 @@ pub enum FileError {
         /// What was expected.
         reason: String,
     },
+    /// A scene file cannot be understood, or one of its objects not drawn.
+    #[error("{}:{line}: {reason}", one_line(&path.to_string_lossy()))]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong there.
+        reason: String,
+    },
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] ExportError),
@@ -97,6 +109,6 @@ fn demo_names() -> String {
 }
 
 /// Text with its control characters escaped: file names may hold line breaks.
-fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }

@@ -36,7 +36,8 @@ impl Plate {
                  without them"
             )));
         };
-        let (scene, objects, version) = read_settings(&settings).map_err(|e| error(format!("its {e}")))?;
+        let (scene, objects, version) =
+            read_settings(&settings, bytes.len()).map_err(|e| error(format!("its {e}")))?;
         Ok(Some(Plate { path: path.to_path_buf(), scene, objects, version }))
     }
 
@@ -85,7 +86,8 @@ impl Plate {
         let Plate { path, mut scene, objects, version } = self;
         if version != env!("CARGO_PKG_VERSION") {
             warnings.say(format!(
-                "was drawn by dotwork {version}; this is {}, which may draw it otherwise",
+                "was drawn by dotwork {}; this is {}, which may draw it otherwise",
+                one_line(&version),
                 env!("CARGO_PKG_VERSION")
             ));
         }
@@ -93,11 +95,12 @@ impl Plate {
         for described in objects {
             let error = |reason: String| FileError::Plate { path: path.clone(), reason };
             let Described { name, source, world, style, stipples } = described;
+            let shown = one_line(&name);
             if stipples == 0 {
-                return Err(error(format!("does not say how many stipples its object '{name}' has")));
+                return Err(error(format!("does not say how many stipples its object '{shown}' has")));
             }
             let source =
-                source.ok_or_else(|| error(format!("does not say where its object '{name}' is from")))?;
+                source.ok_or_else(|| error(format!("does not say where its object '{shown}' is from")))?;
             let found = find(&path, &source).ok_or_else(|| {
                 let file = one_line(&source.file);
                 error(format!("its input {file} is gone (it is neither there nor beside the plate)"))
@@ -109,10 +112,15 @@ impl Plate {
                 .transpose()
                 .map_err(|e| error(e.to_string()))?;
             let mut said = Warnings::new();
-            let options = LoadOptions { raw, series: source.series.clone() };
+            let options = LoadOptions {
+                raw,
+                series: source.series.clone(),
+                label: source.label,
+                ..LoadOptions::default()
+            };
             let parts = load_with(&found, &options, &mut said)?.into_meshes(&style, source.iso, &mut said)?;
-            let Some(mesh) = parts.into_iter().find(|part| part.source.cut == source.cut) else {
-                return Err(error(format!("its object '{name}' is no longer a part of its input")));
+            let Some(mut mesh) = parts.into_iter().find(|part| part.source.cut == source.cut) else {
+                return Err(error(format!("its object '{shown}' is no longer a part of its input")));
             };
             if mesh.source.checksum != source.checksum {
                 let hex = |c: Option<u64>| c.map_or("none".into(), |c| format!("{c:016x}"));
@@ -123,9 +131,10 @@ impl Plate {
                     hex(mesh.source.checksum)
                 )));
             }
+            mesh.place(source.placement);
             let mut object = mesh.into_object(style, &mut said)?;
             for warning in said.iter() {
-                warnings.say(format!("its input {}: {warning}", found.display()));
+                warnings.say(format!("its input {}: {warning}", one_line(&found.to_string_lossy())));
             }
             // As the plate has them, so that the next one is the same to the byte.
             (object.name, object.source, object.world) = (name, Some(source), world);

@@ -8,6 +8,7 @@ use dotwork_volume::{Features, IsoOptions, Preparation, Space, Volume};
 
 use super::FileError;
 use super::input::MeshFile;
+use super::parts::{Look, Meaning};
 use crate::scene::{Source, World};
 
 /// A volume as its file gives it.
@@ -24,6 +25,10 @@ pub struct VolumeInput {
     pub source: Source,
     /// The volume.
     pub volume: Volume,
+    /// What its values stand for.
+    pub meaning: Meaning,
+    /// The only label that is drawn, if one was asked for.
+    pub label: Option<i64>,
 }
 
 impl VolumeInput {
@@ -37,10 +42,12 @@ impl VolumeInput {
             source: Source { file: input.clone(), ..Source::default() },
             input,
             volume,
+            meaning: Meaning::Quantities,
+            label: None,
         }
     }
 
-    fn error(&self, reason: impl ToString) -> FileError {
+    pub(super) fn error(&self, reason: impl ToString) -> FileError {
         FileError::Volume { input: self.input.clone(), reason: reason.to_string() }
     }
 
@@ -66,6 +73,24 @@ impl VolumeInput {
     /// As [`VolumeInput::prepared`], and if the volume has no boundaries.
     pub fn features(&self, style: &Style, warnings: &mut Warnings) -> Result<Features, FileError> {
         dotwork_volume::find_features(&self.prepared(style, warnings)?).map_err(|e| self.error(e))
+    }
+
+    /// What becomes objects: a surface for each label of a segmentation, for each step of a transfer function, or the one
+    /// of [`VolumeInput::surface`]; after each the faces of the cut, if `style` clips it.
+    ///
+    /// # Errors
+    /// As [`VolumeInput::surface`]; [`FileError::Clip`].
+    pub fn meshes(
+        &self,
+        style: &Style,
+        iso: Option<f64>,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<MeshFile>, FileError> {
+        let mut all = Vec::new();
+        for part in self.parts(style, iso, warnings)? {
+            all.extend(part.clipped(style)?);
+        }
+        Ok(all)
     }
 
     /// The surface where the volume, prepared as `style` says, has the value `iso`; without one, of the feature that
@@ -119,7 +144,19 @@ impl VolumeInput {
         let [name, input, format] = [name, input, format].map(String::clone);
         let (facts, source) = (facts.clone(), Source { iso: Some(iso), ..source.clone() });
         let volume = Some(Arc::new(prepared));
-        Ok(MeshFile { name, input, format, facts, source, world, up, notes, raw, volume })
+        Ok(MeshFile {
+            name,
+            input,
+            format,
+            facts,
+            source,
+            world,
+            up,
+            notes,
+            raw,
+            volume,
+            look: Look::default(),
+        })
     }
 }
 
@@ -146,7 +183,7 @@ fn choose(features: &Features, choice: FeatureChoice) -> Result<(String, f64), S
 }
 
 /// A value in four significant digits, or more where it has that many before the point.
-fn short(v: f64) -> String {
+pub(super) fn short(v: f64) -> String {
     let digits = if v == 0.0 { 0 } else { (3.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize };
     let text = format!("{v:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }

@@ -157,7 +157,7 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
             edges: voxels.edges,
             slab: settings.slab,
             seed: settings.seed,
-            reach: edge,
+            reach: reach(voxels.edges, edge * settings.slab),
             reference: settings.reference,
         }),
     }
@@ -176,6 +176,12 @@ impl Elements {
         let Elements { slab, seed, reference, .. } = *self;
         (voxels, VoxelSettings { n_max: self.wanted, slab, seed, reference })
     }
+}
+
+/// How far a stipple may lie from its voxel's centre: half the longest diagonal, and half of the slab.
+fn reach([a, b, c]: [Vec3; 3], slab: f32) -> f32 {
+    let diagonals = [a + b + c, a + b - c, a - b + c, -a + b + c];
+    0.5 * (diagonals.map(Vec3::length).into_iter().fold(0.0, f32::max) + slab)
 }
 
 fn section(voxels: &Voxels, e: usize) -> Option<Section> {

@@ -91,6 +91,29 @@ fn the_stock_is_an_order_of_voxels_lists() {
 }
 
 #[test]
+fn stipples_lie_within_reach() {
+    let mut voxels = sheet(6, Vec3::ZERO);
+    let random = |i: usize, k: u32| unit(hash2(i as u32, k)) - 0.5;
+    let normal = |i: usize| Vec3::new(random(i, 0), random(i, 1), random(i, 2)).normalize();
+    voxels.normal = Vectors::collect(36, normal);
+    let skewed = [Vec3::X, Vec3::new(0.6, 1.0, 0.0), Vec3::new(0.1, -0.3, 3.0)];
+    for edges in [voxels.edges, skewed] {
+        for slab in [0.0, 0.5, 4.0] {
+            let voxels = Voxels { edges, ..voxels.clone() };
+            let settings = VoxelSettings { n_max: 100.0, slab, ..VoxelSettings::default() };
+            let stock = voxel(&voxels, &settings, &mut Warnings::new());
+            let reach = stock.elements.as_ref().unwrap().reach;
+            let away = |i: usize| {
+                let center = voxels.position.at(stock.baked.element[i] as usize);
+                stock.position.at(i).distance(center)
+            };
+            let farthest = (0..stock.len()).map(away).fold(0.0, f32::max);
+            assert!(farthest <= reach && farthest > 0.4 * reach, "{edges:?} {slab}: {farthest} {reach}");
+        }
+    }
+}
+
+#[test]
 fn voxels_keep_their_stipples_whatever_is_beside_them() {
     let (few, many) = (sheet(4, Vec3::Z), sheet(4, Vec3::Z));
     let mut few = few;

@@ -4,14 +4,27 @@
 //! outline the surface that hides and the paper are neighbours. So a place of the line is hidden only if *all* pixels
 //! around it show something nearer; then short gaps are closed and short remains dropped ("noise tolerant"), lines are
 //! smoothed by about two pixels, and points are left out that a straight line explains.
+//!
+//! The outline of a smooth form runs, on the page, at right angles to the form's normals. Where a mesh is coarse, that
+//! gives the points of its contour tangents, and cubics between them the curve.
 
 use dotwork_drawing::{Page, Projection, StrokeKind, Strokes, View};
 use dotwork_ink::Style;
-use dotwork_ink::lines::{Contours, Eye};
+use dotwork_ink::lines::{Contours, Eye, SurfaceLines};
 use dotwork_mesh::Mesh;
 use glam::{Vec2, Vec3};
 
+mod path;
+mod taken;
+mod voxels;
+
+pub(crate) use voxels::CurveDrawer;
+
 use crate::depth::DepthBuffer;
+use crate::outline::path::{
+    STEP, Sample, close_gaps, hermite, mark_corners, resample, simplify, smooth, taper,
+};
+use crate::outline::taken::Taken;
 use crate::veil::Veil;
 
 /// The outline of a coarse mesh lies outside the contour by up to this share of an edge: an arc of 100° and its chord.
@@ -23,23 +36,14 @@ const FARTHEST: f32 = 12.0;
 /// Lines behind translucent matter are drawn down to this transmittance.
 const FAINTEST: f32 = 0.35;
 
-/// Distance between the points at which a line is looked at, pixels.
-const STEP: f32 = 1.5;
-
-/// Hidden stretches up to this length are drawn through, pixels.
-const GAP: f32 = 4.0;
-
 /// Rounds of smoothing with weights 1 2 1: a Gaussian of 2 pixels at points 1.5 pixels apart.
 const SMOOTHING: usize = 4;
-
-/// A point is left out where the line without it is off by no more than this, pixels.
-const TOLERANCE: f32 = 0.06;
 
 /// Marks the ids of borders, above the numbers of vertices and triangles.
 const BORDERS: u64 = 1 << 33;
 
-/// Lines end in a point over this many of their widths.
-const TAPER: f32 = 5.0;
+/// Marks the ids of creases.
+const CREASES: u64 = 1 << 34;
 
 /// Draws outlines. Memory is kept from frame to frame.
 #[derive(Default)]
@@ -52,35 +56,17 @@ pub(crate) struct Outliner {
     smoothed: Vec<Sample>,
     kept: Vec<bool>,
     stack: Vec<(usize, usize)>,
-}
-
-/// A point of a line on the page.
-#[derive(Clone, Copy, Default)]
-struct Sample {
-    at: Vec2,
-    depth: f32,
-    /// Full width of the line, pixels.
-    width: f32,
-    /// Direction on the page in which the surface ends.
-    outwards: Vec2,
-    /// How far outwards the mesh may end, pixels.
-    reach: f32,
-    visible: bool,
-}
-
-impl Sample {
-    fn mix(a: Sample, b: Sample, t: f32) -> Sample {
-        Sample { at: a.at.lerp(b.at, t), depth: a.depth + (b.depth - a.depth) * t, ..a }
-    }
+    piece: Vec<Sample>,
+    taken: Taken,
 }
 
 impl Outliner {
-    /// Appends the outline and the `borders` of a mesh to `strokes`. `depth` holds what hides; ids are `id_base` and the
-    /// triangle in which an outline begins, or the vertex with which a border does.
+    /// Appends the outline and the `lines` of a mesh to `strokes`. `depth` holds what hides; ids are `id_base` and the
+    /// triangle in which an outline begins, the vertex with which a border or the edge with which a crease does.
     pub fn draw(
         &mut self,
         mesh: &Mesh,
-        borders: &[Vec<u32>],
+        lines: &SurfaceLines,
         style: &Style,
         view: &View,
         page: &Page,
@@ -96,7 +82,7 @@ impl Outliner {
         let sheet = Sheet { view, page, depth, veil, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
-        let chains = contours.trace(mesh, eye);
+        let chains = contours.trace(mesh, &lines.creases, eye);
         for k in 0..chains.len() {
             let range = chains.points(k);
             let closed = range.len() > 3 && chains.point[range.start] == chains.point[range.end - 1];
@@ -110,18 +96,73 @@ impl Outliner {
             sheet.line(points, &mut self.line);
             self.stretches(StrokeKind::Silhouette, closed, shortest, id, strokes);
         }
-        self.contours = contours;
-        for border in borders {
+        let place =
+            |v: u32| Place { point: mesh.positions[v as usize], normal: Vec3::ZERO, edge: 0.0, open: true };
+        for border in &lines.borders {
             let closed = border.len() > 3 && border.first() == border.last();
-            let place = |&v: &u32| Place {
-                point: mesh.positions[v as usize],
-                normal: Vec3::ZERO,
-                edge: 0.0,
-                open: true,
-            };
-            sheet.line(border.iter().map(place), &mut self.line);
+            sheet.line(border.iter().copied().map(place), &mut self.line);
             let id = id_base | BORDERS | u64::from(border[0]);
             self.stretches(StrokeKind::Border, closed, shortest, id, strokes);
+        }
+        if style.creases {
+            // What is outline in this view has been drawn as that.
+            let turned = |&(edge, _): &(u32, bool)| contours.turned()[edge as usize];
+            for piece in lines.chains.iter().flat_map(|chain| chain.split(turned)) {
+                let Some(&(first, _)) = piece.first() else { continue };
+                let ends = |&(edge, reversed): &(u32, bool)| {
+                    let [a, b] = lines.creases.edges[edge as usize].ends;
+                    if reversed { [b, a] } else { [a, b] }
+                };
+                let vertices = std::iter::once(ends(&piece[0])[0]).chain(piece.iter().map(|e| ends(e)[1]));
+                let closed = piece.len() > 2 && ends(&piece[0])[0] == ends(&piece[piece.len() - 1])[1];
+                sheet.line(vertices.map(place), &mut self.line);
+                self.stretches(
+                    StrokeKind::Crease,
+                    closed,
+                    shortest,
+                    id_base | CREASES | u64::from(first),
+                    strokes,
+                );
+            }
+        }
+        self.contours = contours;
+        if style.creases && !lines.ridges.end.is_empty() {
+            self.ridges(lines, &sheet, shortest, id_base, strokes);
+        }
+    }
+
+    /// Draws the creases of a surface whose edges are rounded, where they do not run along its outline: seen from the
+    /// side, a rounded edge turns away within its radius.
+    fn ridges(
+        &mut self,
+        lines: &SurfaceLines,
+        sheet: &Sheet,
+        shortest: f32,
+        id_base: u64,
+        strokes: &mut Strokes,
+    ) {
+        let scale = sheet.view.px_per_unit(sheet.view.distance);
+        let reach = (lines.radius * scale).max(2.0 * sheet.width);
+        self.taken.clear(sheet.page, reach);
+        for k in 0..strokes.len() {
+            // Strokes of other objects have other numbers.
+            if strokes.kind[k] == StrokeKind::Silhouette && strokes.id[k] >= id_base {
+                for i in strokes.points(k).skip(1) {
+                    let at = |i: usize| Vec2::new(strokes.x[i], strokes.y[i]);
+                    self.taken.mark(at(i - 1), at(i));
+                }
+            }
+        }
+        for k in 0..lines.ridges.end.len() {
+            let points = lines.ridges.points(k);
+            let closed = points.len() > 3 && points.first() == points.last();
+            let place = |&point: &Vec3| Place { point, normal: Vec3::ZERO, edge: 0.0, open: true };
+            sheet.line(points.iter().map(place), &mut self.line);
+            for p in &mut self.line {
+                p.corner = false;
+                p.visible &= !self.taken.near(p.at);
+            }
+            self.stretches(StrokeKind::Crease, closed, shortest, id_base | CREASES | k as u64, strokes);
         }
     }
 
@@ -161,13 +202,34 @@ impl Outliner {
         if points.len() < 3 || length < shortest {
             return;
         }
-        resample(points, &mut self.smoothed, length, closed);
-        for _ in 0..SMOOTHING {
-            smooth(points, &mut self.smoothed, closed);
-        }
-        if closed {
+        if closed && let Some(corner) = points.iter().position(|p| p.corner) {
+            points.rotate_left(corner);
             points.push(points[0]);
-        } else {
+        } else if closed {
+            let first = points[0];
+            points.push(first);
+        }
+        // Corners stay: what lies between them is smoothed.
+        let whole = closed && !points[0].corner;
+        let all = std::mem::take(points);
+        let mut piece = std::mem::take(&mut self.piece);
+        let mut from = 0;
+        while from + 1 < all.len() {
+            let to = (from + 1..all.len() - 1).find(|&i| all[i].corner).unwrap_or(all.len() - 1);
+            piece.clear();
+            piece.extend_from_slice(&all[from..=to]);
+            let length = piece.windows(2).map(|w| (w[1].at - w[0].at).length()).sum();
+            resample(&mut piece, &mut self.smoothed, length, whole);
+            for _ in 0..SMOOTHING {
+                smooth(&mut piece, &mut self.smoothed, whole);
+            }
+            points.extend_from_slice(&piece[usize::from(from > 0)..]);
+            from = to;
+        }
+        self.piece = piece;
+        if whole {
+            points.push(points[0]);
+        } else if !closed {
             taper(points);
         }
         simplify(points, &mut self.kept, &mut self.stack);
@@ -221,15 +283,22 @@ impl Sheet<'_> {
                 outwards: Vec2::new(normal.dot(view.right), -normal.dot(view.up)).normalize_or_zero(),
                 reach: (SAGITTA * edge * view.px_per_unit(depth)).min(FARTHEST),
                 visible: open,
+                corner: false,
             };
             let before = last.replace(here).unwrap_or(here);
             let steps = ((here.at - before.at).length() / STEP).ceil().clamp(1.0, 4096.0) as u32;
             for s in 1..=steps {
                 let t = s as f32 / steps as f32;
                 let visible = if t < 0.5 { before.visible } else { here.visible };
-                line.push(Sample { visible, ..Sample::mix(before, here, t) });
+                let at = hermite(before, here, t);
+                // Along a line on the page, the inverse of the depth changes evenly in perspective.
+                let inverse = 1.0 / before.depth + (1.0 / here.depth - 1.0 / before.depth) * t;
+                let mixed = Sample::mix(before, here, t);
+                let depth = if view.is_parallel() { mixed.depth } else { 1.0 / inverse };
+                line.push(Sample { at, visible, depth, ..mixed });
             }
         }
+        mark_corners(line);
         let margin = page.margin_px;
         let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
         for p in line {
@@ -243,117 +312,6 @@ impl Sheet<'_> {
                 && !veil.is_some_and(veiled)
                 && !depth
                     .is_some_and(|d| d.hides_line(view, p.at.into(), p.depth, p.outwards.into(), p.reach));
-        }
-    }
-}
-
-/// Makes short hidden stretches between visible ones visible.
-fn close_gaps(line: &mut [Sample]) {
-    let mut last_visible = None;
-    let mut hidden = 0.0;
-    for i in 0..line.len() {
-        if i > 0 {
-            hidden += (line[i].at - line[i - 1].at).length();
-        }
-        if line[i].visible {
-            if let Some(last) = last_visible
-                && hidden <= GAP + STEP
-            {
-                line[last + 1..i].iter_mut().for_each(|p| p.visible = true);
-            }
-            (last_visible, hidden) = (Some(i), 0.0);
-        }
-    }
-}
-
-/// Replaces a line by points that lie evenly along it, about [`STEP`] apart.
-fn resample(points: &mut Vec<Sample>, from: &mut Vec<Sample>, length: f32, closed: bool) {
-    std::mem::swap(points, from);
-    points.clear();
-    let count = (length / STEP).round().clamp(2.0, 1e6) as usize;
-    let step = length / count as f32;
-    let (mut walked, mut i) = (0.0, 0);
-    for k in 0..count + usize::from(!closed) {
-        let wanted = k as f32 * step;
-        let mut piece = (from[i + 1].at - from[i].at).length();
-        while walked + piece < wanted && i + 2 < from.len() {
-            walked += piece;
-            i += 1;
-            piece = (from[i + 1].at - from[i].at).length();
-        }
-        let t = if piece > 0.0 { ((wanted - walked) / piece).clamp(0.0, 1.0) } else { 0.0 };
-        points.push(Sample::mix(from[i], from[i + 1], t));
-    }
-}
-
-/// One round of smoothing; the ends of an open line stay.
-fn smooth(points: &mut Vec<Sample>, out: &mut Vec<Sample>, closed: bool) {
-    let n = points.len();
-    out.clear();
-    out.extend((0..n).map(|i| {
-        let p = points[i];
-        if !closed && (i == 0 || i == n - 1) {
-            return p;
-        }
-        let (a, b) = (points[(i + n - 1) % n], points[(i + 1) % n]);
-        Sample {
-            at: (a.at + p.at * 2.0 + b.at) * 0.25,
-            depth: 0.25 * (a.depth + 2.0 * p.depth + b.depth),
-            ..p
-        }
-    }));
-    std::mem::swap(points, out);
-}
-
-/// Lets both ends of a line run out into points.
-fn taper(points: &mut [Sample]) {
-    for reversed in [false, true] {
-        let mut walked = 0.0;
-        for k in 0..points.len() {
-            let at = |k: usize| if reversed { points.len() - 1 - k } else { k };
-            if k > 0 {
-                walked += (points[at(k)].at - points[at(k - 1)].at).length();
-            }
-            let over = TAPER * points[at(k)].width.max(f32::MIN_POSITIVE);
-            let share = walked / over;
-            if share >= 1.0 {
-                break;
-            }
-            let i = at(k);
-            points[i].width *= 0.25 + 0.75 * share;
-        }
-    }
-}
-
-/// Marks the points that a line needs to stay within [`TOLERANCE`] of itself, in place and in width (Douglas and
-/// Peucker 1973).
-fn simplify(points: &[Sample], kept: &mut Vec<bool>, stack: &mut Vec<(usize, usize)>) {
-    kept.clear();
-    kept.resize(points.len(), false);
-    let last = points.len() - 1;
-    // A closed line is cut in the middle too: its ends are one point.
-    let middle = last / 2;
-    for i in [0, middle, last] {
-        kept[i] = true;
-    }
-    stack.clear();
-    stack.extend([(0, middle), (middle, last)]);
-    while let Some((from, to)) = stack.pop() {
-        let (a, b) = (points[from], points[to]);
-        let along = b.at - a.at;
-        let square = along.length_squared();
-        let mut worst = (TOLERANCE, 0);
-        for (i, p) in points.iter().enumerate().take(to).skip(from + 1) {
-            let t = if square > 0.0 { ((p.at - a.at).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
-            let off = (p.at - (a.at + along * t)).length();
-            let off = off.max((p.width - (a.width + (b.width - a.width) * t)).abs());
-            if off > worst.0 {
-                worst = (off, i);
-            }
-        }
-        if worst.1 > 0 {
-            kept[worst.1] = true;
-            stack.extend([(from, worst.1), (worst.1, to)]);
         }
     }
 }

@@ -1,0 +1,195 @@
+//! Lines on the page: from samples that are seen or not to strokes.
+
+use glam::Vec2;
+
+/// Distance between the points at which a line is looked at, pixels.
+pub(super) const STEP: f32 = 1.5;
+
+/// Hidden stretches up to this length are drawn through, pixels.
+const GAP: f32 = 4.0;
+
+/// A point is left out where the line without it is off by no more than this, pixels.
+const TOLERANCE: f32 = 0.06;
+
+/// Lines end in a point over this many of their widths.
+const TAPER: f32 = 5.0;
+
+/// A point of a line on the page.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sample {
+    pub at: Vec2,
+    pub depth: f32,
+    /// Full width of the line, pixels.
+    pub width: f32,
+    /// Direction on the page in which the surface ends.
+    pub outwards: Vec2,
+    /// How far outwards the mesh may end, pixels.
+    pub reach: f32,
+    pub visible: bool,
+    /// The line turns here and is meant to.
+    pub corner: bool,
+}
+
+impl Sample {
+    pub fn mix(a: Sample, b: Sample, t: f32) -> Sample {
+        let (at, depth) = (a.at.lerp(b.at, t), a.depth + (b.depth - a.depth) * t);
+        // A place on an edge has no outward direction, and needs none.
+        Sample { at, depth, corner: false, ..if t < 0.5 { a } else { b } }
+    }
+}
+
+/// The place at the share `t` of the way between two points of a line: on the cubic whose tangents are at right angles
+/// to the outward directions there, or on the straight line where those do not agree with the way.
+pub(super) fn hermite(a: Sample, b: Sample, t: f32) -> Vec2 {
+    let way = b.at - a.at;
+    let straight = a.at.lerp(b.at, t);
+    let tangent = |outwards: Vec2| {
+        let along = Vec2::new(-outwards.y, outwards.x);
+        along * along.dot(way)
+    };
+    let (from, to) = (tangent(a.outwards), tangent(b.outwards));
+    // Short ways are straight; tangents that leave by over 37° belong to a cusp, or to no smooth outline.
+    let square = way.length_squared();
+    let agrees = |tangent: Vec2| tangent.dot(way) > 0.64 * square;
+    if square < 4.0 || a.outwards.dot(b.outwards) < 0.5 || !agrees(from) || !agrees(to) {
+        return straight;
+    }
+    let (u, v) = (t * (1.0 - t) * (1.0 - t), t * t * (1.0 - t));
+    straight + (from - way) * u - (to - way) * v
+}
+
+/// Finds the corners of lines along edges, which are exact: no smoothing may cut them.
+pub(super) fn mark_corners(line: &mut [Sample]) {
+    let edge = |p: &Sample| p.outwards == Vec2::ZERO;
+    let n = line.len();
+    let closed = n > 3 && line[0].at == line[n - 1].at;
+    // Over two samples: a stretch that is shorter is noise and no edge.
+    for i in 0..n {
+        let at = |k: usize| match closed {
+            // The last point is the first one.
+            true => Some(line[(i + k + n - 3) % (n - 1)]),
+            false => (i + k).checked_sub(2).and_then(|i| line.get(i)).copied(),
+        };
+        let (Some(a), Some(b), Some(c), Some(d)) = (at(0), at(1), at(3), at(4)) else { continue };
+        let here = line[i];
+        if ![a, b, here, c, d].iter().all(edge) {
+            continue;
+        }
+        let (from, to) = ((here.at - a.at).normalize_or_zero(), (d.at - here.at).normalize_or_zero());
+        let (near_from, near_to) =
+            ((here.at - b.at).normalize_or_zero(), (c.at - here.at).normalize_or_zero());
+        // Straight on both sides, and turned by over 40° here.
+        line[i].corner = from.dot(to) < 0.77 && from.dot(near_from) > 0.98 && to.dot(near_to) > 0.98;
+    }
+}
+
+/// Makes short hidden stretches between visible ones visible.
+pub(super) fn close_gaps(line: &mut [Sample]) {
+    let mut last_visible = None;
+    let mut hidden = 0.0;
+    for i in 0..line.len() {
+        if i > 0 {
+            hidden += (line[i].at - line[i - 1].at).length();
+        }
+        if line[i].visible {
+            if let Some(last) = last_visible
+                && hidden <= GAP + STEP
+            {
+                line[last + 1..i].iter_mut().for_each(|p| p.visible = true);
+            }
+            (last_visible, hidden) = (Some(i), 0.0);
+        }
+    }
+}
+
+/// Replaces a line by points that lie evenly along it, about [`STEP`] apart.
+pub(super) fn resample(points: &mut Vec<Sample>, from: &mut Vec<Sample>, length: f32, closed: bool) {
+    std::mem::swap(points, from);
+    points.clear();
+    let count = (length / STEP).round().clamp(2.0, 1e6) as usize;
+    let step = length / count as f32;
+    let (mut walked, mut i) = (0.0, 0);
+    for k in 0..count + usize::from(!closed) {
+        let wanted = k as f32 * step;
+        let mut piece = (from[i + 1].at - from[i].at).length();
+        while walked + piece < wanted && i + 2 < from.len() {
+            walked += piece;
+            i += 1;
+            piece = (from[i + 1].at - from[i].at).length();
+        }
+        let t = if piece > 0.0 { ((wanted - walked) / piece).clamp(0.0, 1.0) } else { 0.0 };
+        points.push(Sample::mix(from[i], from[i + 1], t));
+    }
+}
+
+/// One round of smoothing; the ends of an open line stay.
+pub(super) fn smooth(points: &mut Vec<Sample>, out: &mut Vec<Sample>, closed: bool) {
+    let n = points.len();
+    out.clear();
+    out.extend((0..n).map(|i| {
+        let p = points[i];
+        if !closed && (i == 0 || i == n - 1) {
+            return p;
+        }
+        let (a, b) = (points[(i + n - 1) % n], points[(i + 1) % n]);
+        Sample {
+            at: (a.at + p.at * 2.0 + b.at) * 0.25,
+            depth: 0.25 * (a.depth + 2.0 * p.depth + b.depth),
+            ..p
+        }
+    }));
+    std::mem::swap(points, out);
+}
+
+/// Lets both ends of a line run out into points.
+pub(super) fn taper(points: &mut [Sample]) {
+    for reversed in [false, true] {
+        let mut walked = 0.0;
+        for k in 0..points.len() {
+            let at = |k: usize| if reversed { points.len() - 1 - k } else { k };
+            if k > 0 {
+                walked += (points[at(k)].at - points[at(k - 1)].at).length();
+            }
+            let over = TAPER * points[at(k)].width.max(f32::MIN_POSITIVE);
+            let share = walked / over;
+            if share >= 1.0 {
+                break;
+            }
+            let i = at(k);
+            points[i].width *= 0.25 + 0.75 * share;
+        }
+    }
+}
+
+/// Marks the points that a line needs to stay within [`TOLERANCE`] of itself, in place and in width (Douglas and
+/// Peucker 1973).
+pub(super) fn simplify(points: &[Sample], kept: &mut Vec<bool>, stack: &mut Vec<(usize, usize)>) {
+    kept.clear();
+    kept.resize(points.len(), false);
+    let last = points.len() - 1;
+    // A closed line is cut in the middle too: its ends are one point.
+    let middle = last / 2;
+    for i in [0, middle, last] {
+        kept[i] = true;
+    }
+    stack.clear();
+    stack.extend([(0, middle), (middle, last)]);
+    while let Some((from, to)) = stack.pop() {
+        let (a, b) = (points[from], points[to]);
+        let along = b.at - a.at;
+        let square = along.length_squared();
+        let mut worst = (TOLERANCE, 0);
+        for (i, p) in points.iter().enumerate().take(to).skip(from + 1) {
+            let t = if square > 0.0 { ((p.at - a.at).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+            let off = (p.at - (a.at + along * t)).length();
+            let off = off.max((p.width - (a.width + (b.width - a.width) * t)).abs());
+            if off > worst.0 {
+                worst = (off, i);
+            }
+        }
+        if worst.1 > 0 {
+            kept[worst.1] = true;
+            stack.extend([(from, worst.1), (worst.1, to)]);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Scene files: what they say is what is drawn, and what they get wrong is said with its line.
+#![cfg(feature = "files")]
+
+use std::path::Path;
+
+use dotwork::{
+    Artist, FileError, Loaded, Scene, Stipples, Style, Warnings, load, read_scene_file, settings_text,
+};
+use glam::Vec3;
+
+fn write(folder: &Path, name: &str, text: &str) -> std::path::PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn scene(text: &str) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "scene.toml", text);
+    read_scene_file(path).unwrap().scene(None, &|_| (), &mut Warnings::new()).unwrap().0
+}
+
+#[test]
+fn objects_have_their_styles_places_and_names() {
+    let scene = scene(
+        r##"
+        style = "hard"
+        seed = 7
+        stipples = 5000
+
+        [[object]]
+        file = "demo:sphere"
+
+        [[object]]
+        name = "ring"
+        file = "demo:torus"
+        style = "night"
+        gamma = 2.5
+        color = "#804020"
+        role = "context"
+        scale = 2
+        rotate = [90, 0, 0]
+        translate = [0, 10, 0]
+
+        [[object]]
+        file = "demo:plate"
+        role = "hidden"
+
+        [camera]
+        azimuth = 30
+        elevation = -10
+        ortho = true
+        zoom = 1.5
+
+        [light]
+        elevation = 60
+
+        [page]
+        paper = "A6"
+        dpi = 150
+        margin = "5mm"
+        "##,
+    );
+    let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+    assert_eq!(names, ["sphere", "ring"]);
+    assert_eq!(scene.objects[0].style, dotwork::preset("hard").unwrap());
+    let ring = &scene.objects[1];
+    let mut style = dotwork::preset("night").unwrap();
+    for pair in ["gamma=2.5", "color=#804020", "role=context"] {
+        style.set_pair(pair).unwrap();
+    }
+    assert_eq!(ring.style, style);
+    // The demo's ring lies in the plane of x and z; turned about x it stands in that of x and y.
+    let bounds = ring.mesh.bounds();
+    let own = dotwork::open("demo:torus", &Style::default(), &mut Warnings::new()).unwrap();
+    let size = own.objects[0].mesh.bounds().size();
+    let turned = Vec3::new(size.x, size.z, size.y) * 2.0;
+    assert!(bounds.size().distance(turned) < 1e-4, "{bounds:?} {turned}");
+    let shift = Vec3::from_array(ring.mesh.origin.map(|v| v as f32)) + bounds.center();
+    assert!(shift.distance(Vec3::new(0.0, 10.0, 0.0)) < 1e-4, "{shift}");
+    assert_eq!((scene.camera.azimuth, scene.camera.elevation, scene.camera.zoom), (30.0, -10.0, 1.5));
+    assert!(scene.camera.ortho);
+    assert_eq!((scene.light.azimuth, scene.light.elevation), (-40.0, 60.0));
+    assert_eq!((scene.page.width, scene.page.height), (620, 874));
+    assert_eq!((scene.seed, scene.stipples), (7, Stipples::Count(5000)));
+}
+
+#[test]
+fn included_files_lie_below() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("house")).unwrap();
+    write(folder.path(), "house/style.toml", "extends = 'night'\ngamma = 3\n");
+    let house = "style = 'style.toml'\nseed = 3\nstipples = 100\n[camera]\nazimuth = 1\nelevation = 2\n[[object]]\nfile = 'demo:plate'\n";
+    write(folder.path(), "house/base.toml", house);
+    let path = write(
+        folder.path(),
+        "scene.toml",
+        "include = ['house/base.toml']\nseed = 4\n[[object]]\nfile = 'demo:sphere'\n[camera]\ndirection = 'top'\n",
+    );
+    let file = read_scene_file(&path).unwrap();
+    let (scene, _) = file.scene(None, &|_| (), &mut Warnings::new()).unwrap();
+    let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+    assert_eq!(names, ["plate", "sphere"]);
+    assert!(scene.objects.iter().all(|o| o.style.gamma == 3.0));
+    assert_eq!((scene.seed, scene.stipples, scene.camera.elevation), (4, Stipples::Count(100), 90.0));
+    assert_eq!(file.inputs().len(), 4);
+}
+
+#[test]
+fn two_features_share_a_volume_and_the_focus_shows_through_its_context() {
+    let text = |role: &str| {
+        format!(
+            "stipples = 30000\n[page]\nsize_px = [300, 300]\n\
+             [[object]]\nname = 'inner'\nfile = 'demo:shells'\nfeature = 'dense'\nrole = 'focus'\noutlines = false\ndot_size = '2px'\n\
+             [[object]]\nname = 'outer'\nfile = 'demo:shells'\nfeature = 'outer'\nrole = '{role}'\noutlines = false\ndot_size = '2px'\nfade = 'off'\nforeshorten = 0\ngrow = 0\nshadow = 0.7\n"
+        )
+    };
+    let dots = |role: &str| {
+        let mut scene = scene(&text(role));
+        assert_eq!(scene.objects[0].source.as_ref().unwrap().file, "demo:shells");
+        scene.bake(|_| ());
+        let drawing = Artist::new().draw(&scene);
+        [drawing.layers[0].dots.clone(), drawing.layers[1].dots.clone()]
+    };
+    let ([hidden, whole], [seen, thinned]) = (dots("plain"), dots("context"));
+    assert_eq!(hidden.len(), 0, "the shell around it hides the core");
+    assert!(seen.len() > 300, "{}", seen.len());
+    // In a view of concentric balls the focus covers the middle of the page.
+    let ink = |dots: &dotwork::drawing::Dots, inside: bool| {
+        let reach = seen.x.iter().zip(&seen.y).map(|(x, y)| (x - 150.0).hypot(y - 150.0)).fold(0.0, f32::max);
+        let counted = (0..dots.len()).filter(|&i| {
+            let r = (dots.x[i] - 150.0).hypot(dots.y[i] - 150.0);
+            if inside { r < reach - 3.0 } else { r > reach + 3.0 }
+        });
+        counted.map(|i| dots.radius[i].powi(2)).sum::<f32>()
+    };
+    let (inside, outside) =
+        (ink(&thinned, true) / ink(&whole, true), ink(&thinned, false) / ink(&whole, false));
+    assert!((inside - 0.25).abs() < 0.05, "context_thin = 0.75 leaves a quarter: {inside}");
+    assert!((outside - 1.0).abs() < 1e-6, "{outside}");
+}
+
+#[test]
+fn its_plate_is_drawn_again_with_every_object_in_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(
+        folder.path(),
+        "scene.toml",
+        "stipples = 3000\n[page]\nsize_px = [120, 100]\n[[object]]\nfile = 'demo:torus'\n\
+         [[object]]\nfile = 'demo:sphere'\nscale = 0.5\nrotate = [1, 2, 3]\ntranslate = [0.5, -0.25, 0.125]\n",
+    );
+    let mut scene = read_scene_file(path).unwrap().scene(None, &|_| (), &mut Warnings::new()).unwrap().0;
+    let drawing = scene.draw();
+    let plate = folder.path().join("plate.svg");
+    dotwork::write_drawing(&plate, dotwork::Format::Svg, &drawing, &scene, &mut Warnings::new()).unwrap();
+    let Loaded::Plate(again) = load(&plate, &mut Warnings::new()).unwrap() else { panic!("a plate") };
+    let mut again = again.scene(&mut Warnings::new()).unwrap();
+    assert_eq!(settings_text(&again), settings_text(&scene));
+    assert_eq!(again.draw(), drawing);
+}
+
+#[test]
+fn errors_name_the_file_and_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "loop.toml", "include = ['scene.toml']\n");
+    for (text, line, part) in [
+        ("# nothing\n", 1, "no [[object]]"),
+        ("gamma = 2\n", 1, "a scene has no 'gamma'"),
+        ("[[object]]\nname = 'a'\n", 2, "has no file"),
+        ("[[object]]\nfile = 'demo:plate'\n\ngama = 2\n", 4, "did you mean 'gamma'?"),
+        ("[[object]]\nfile = 'demo:plate'\ngamma = 99\n", 3, "gamma takes a number"),
+        ("[[object]]\nfile = 'demo:plate'\nrole = 'star'\n", 3, "focus, context"),
+        ("[[object]]\nfile = 'demo:plate'\nmode = 'shaded'\n", 3, "stippled, outline"),
+        ("[[object]]\nfile = 'demo:plate'\nstyle = 'brigt'\n", 3, "there is no style 'brigt'"),
+        ("[[object]]\nfile = 'demo:plate'\nscale = 0\n", 3, "scale"),
+        ("[[object]]\nfile = 'demo:plate'\ntranslate = [1, 2]\n", 3, "3 numbers"),
+        ("[[object]]\nfile = 'demo:plate'\n[camera]\nazimuth = 3\n", 4, "go together"),
+        ("[[object]]\nfile = 'demo:plate'\n[camera]\nfov = 3\n", 4, "[camera] has no 'fov'"),
+        ("[[object]]\nfile = 'demo:plate'\n[page]\nsize_px = [0, 10]\n", 4, "no area"),
+        ("[[object]]\nfile = 'demo:plate'\n[page]\npaper = 'B9'\n", 4, "not a page"),
+        ("object = 3\n", 1, "[[object]]"),
+        ("seed = -1\n", 1, "whole number"),
+        ("include = ['loop.toml']\n", 1, "includes itself"),
+        ("seed = \n", 1, ""),
+    ] {
+        let path = write(folder.path(), "scene.toml", text);
+        match read_scene_file(&path) {
+            Err(FileError::Scene { path: at, line: found, reason }) => {
+                assert!(
+                    found == line && reason.contains(part) && !reason.contains('\n'),
+                    "{text:?}: {found}: {reason}"
+                );
+                assert_eq!(at, path, "{text:?}");
+            }
+            other => panic!("{text:?}: {other:?}"),
+        }
+    }
+    // What only the object's file can tell is said with the object's line.
+    for (text, line, part) in [
+        ("seed = 1\n[[object]]\nfile = 'gone.ply'\n", 3, "gone.ply"),
+        ("[[object]]\nfile = 'demo:shells'\nfeature = '9'\n", 2, "there is no feature 9; its features are 1"),
+        ("[[object]]\nfile = 'demo:nothing'\n", 2, "there is no such demo"),
+    ] {
+        let path = write(folder.path(), "scene.toml", text);
+        match read_scene_file(&path).unwrap().scene(None, &|_| (), &mut Warnings::new()) {
+            Err(FileError::Scene { line: found, reason, .. }) => {
+                assert!(found == line && reason.contains(part), "{text:?}: {found}: {reason}");
+            }
+            other => panic!("{text:?}: {other:?}"),
+        }
+    }
+}
