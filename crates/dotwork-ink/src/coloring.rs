@@ -22,10 +22,13 @@ pub(crate) const COOL: Color = Color { r: 0x2b, g: 0x4c, b: 0x9b };
 /// Default of the style key `far`.
 pub(crate) const FAR: Color = Color { r: 0xb8, g: 0xc4, b: 0xd6 };
 
-/// The palettes that have a name, from shade or far to light or near; all dark enough at u = 0 for white paper.
+/// The palettes that have a name, from shade or far to light or near.
 ///
-/// `viridis` (van der Walt and Smith 2015) is even to the eye and to readers who see fewer colours.
+/// `blue-orange` passes through dull colours and not round the hue, so that form is read before colour; `aerial` is for
+/// depth, pale where it is far; `viridis` (van der Walt and Smith 2015) is even to the eye and to readers who see fewer colours.
 pub const PALETTES: &[(&str, &[Color])] = &[
+    ("blue-orange", &[rgb(0x1f3f96), rgb(0x4b4a86), rgb(0x8a4f58), rgb(0xcc5a17), rgb(0xe8760a)]),
+    ("aerial", &[rgb(0xc4daf6), rgb(0x6d97d0), rgb(0x2f4f8f), rgb(0x3a2430), rgb(0x6b2208)]),
     ("sunset", &[rgb(0x1d2a6b), rgb(0x6a2c91), rgb(0xc2305f), rgb(0xf06b3c), rgb(0xf9b24a)]),
     ("ocean", &[rgb(0x0b1f4b), rgb(0x155a8a), rgb(0x1f9aa6), rgb(0x8fd0b0)]),
     ("earth", &[rgb(0x33261d), rgb(0x7a4a2b), rgb(0xc07f3f), rgb(0xd9b77e)]),
@@ -168,7 +171,7 @@ mod tests {
             let style = Style { color_space: space.parse().unwrap(), ..Style::default() };
             for k in 0..=400 {
                 let n_dot_l = k as f32 / 200.0 - 1.0;
-                let palette = Palette::new(PALETTES[3].1.to_vec()).unwrap();
+                let palette = Palette::new(PALETTES[5].1.to_vec()).unwrap();
                 let exact = palette.at(f64::from(0.5 + 0.5 * n_dot_l), style.color_space);
                 let drawn = at(&light, n_dot_l, 0.5);
                 let off = |a: u8, b: u8| a.abs_diff(b);
@@ -226,7 +229,7 @@ mod tests {
         }
         // A palette in as many steps as it has entries is drawn in them.
         let four = table(&[("coloring", "light"), ("palette", "ocean"), ("color_steps", "4")]);
-        assert_eq!(four.colors(), PALETTES[1].1);
+        assert_eq!(four.colors(), PALETTES[3].1);
         let same = table(&[("coloring", "light"), ("palette", "#123456,#123456")]);
         assert_eq!(same.colors().len(), 1);
     }

@@ -2,7 +2,10 @@
 
 use dotwork_drawing::{Color, Length};
 
-use crate::params::{BakeMethod, Clip, Factors, Fade, FeatureChoice, Inked, SizeMax, Style, Visibility};
+use crate::params::{
+    BakeMethod, Clip, Coloring, Factors, Fade, FeatureChoice, Inked, OutlineColor, PaletteChoice, SizeMax,
+    Style, Visibility,
+};
 
 /// A named style.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +44,16 @@ pub const PRESETS: &[Preset] = &[
         make: engraving,
     },
     Preset { name: "sepia", summary: "Warm brown ink on cream paper, a looser hand.", make: sepia },
+    Preset {
+        name: "warm-cool",
+        summary: "Colours by the light: orange where it falls, blue in the shade.",
+        make: warm_cool,
+    },
+    Preset {
+        name: "aerial",
+        summary: "Colours by depth: near parts dark and warm, far ones blue and pale.",
+        make: aerial,
+    },
     Preset {
         name: "bone",
         summary: "The densest feature of a volume in a hard light: skulls, skeletons.",
@@ -91,6 +104,41 @@ pub const PRESETS: &[Preset] = &[
         name: "papers",
         summary: "Lu et al. 2002 and 2003: lists of dots in voxels, thinned by a product of factors; nothing hides.",
         make: papers,
+    },
+    Preset {
+        name: "papers-plain",
+        summary: "The papers' default rendering: every boundary alike (2002, figure 1 a).",
+        make: papers_plain,
+    },
+    Preset {
+        name: "papers-boundary",
+        summary: "Boundary and silhouette enhancement with silhouette curves (2002, figure 1 b; 2003, 5 and 10 a).",
+        make: papers_boundary,
+    },
+    Preset {
+        name: "papers-distance",
+        summary: "Distance attenuation: near parts dark, far ones pale (2002, figure 5; 2003, 10 b).",
+        make: papers_distance,
+    },
+    Preset {
+        name: "papers-interior",
+        summary: "Interior enhancement: weak gradients let one look through (2002, figure 6; 2003, 11).",
+        make: papers_interior,
+    },
+    Preset {
+        name: "papers-lighting",
+        summary: "Lighting: dots in the shade, bare paper in the light (2002, figure 7).",
+        make: papers_lighting,
+    },
+    Preset {
+        name: "papers-curves",
+        summary: "Light stippling held together by silhouette curves (2002, figure 8; 2003, 13).",
+        make: papers_curves,
+    },
+    Preset {
+        name: "papers-all",
+        summary: "Silhouette, boundary, distance and curves together (2002, figure 9; 2003, 17).",
+        make: papers_all,
     },
 ];
 
@@ -144,6 +192,29 @@ fn night() -> Style {
 
 fn engraving() -> Style {
     Style { base: 0.05, gamma: 1.3, dot_size: Length::percent(0.15), ..Style::default() }
+}
+
+fn warm_cool() -> Style {
+    Style {
+        // Light parts need dots to show their colour.
+        base: 0.2,
+        light: 0.72,
+        gamma: 1.3,
+        coloring: Coloring::Light,
+        palette: PaletteChoice::Named("blue-orange"),
+        outline_color: OutlineColor(Some(Color { r: 0x1c, g: 0x2f, b: 0x66 })),
+        ..Style::default()
+    }
+}
+
+fn aerial() -> Style {
+    Style {
+        base: 0.06,
+        coloring: Coloring::Depth,
+        palette: PaletteChoice::Named("aerial"),
+        outline_color: OutlineColor(Some(Color { r: 0x3a, g: 0x4a, b: 0x6e })),
+        ..Style::default()
+    }
 }
 
 fn sepia() -> Style {
@@ -271,5 +342,72 @@ fn papers() -> Style {
         back: 0.0,
         outlines: false,
         ..Style::default()
+    }
+}
+
+/// The papers' way without any of their factors.
+fn bare_papers() -> Style {
+    Style {
+        boundary: false,
+        silhouette: 0.0,
+        resolution: 0.0,
+        lighting: false,
+        distance: 0.0,
+        interior: false,
+        ..papers()
+    }
+}
+
+fn papers_plain() -> Style {
+    Style { tone: 0.025, size_max: SizeMax(None), ..bare_papers() }
+}
+
+/// With the values under the figure: k_gc 0.39, k_gs 0.51, k_ge 1, k_sc 0.279, k_ss 0.45, k_se 1.11.
+fn papers_boundary() -> Style {
+    let plain = Style::default();
+    Style {
+        boundary: true,
+        silhouette: 1.0,
+        k_gc: plain.k_gc,
+        k_gs: plain.k_gs,
+        k_sc: plain.k_sc,
+        k_ss: plain.k_ss,
+        k_se: plain.k_se,
+        curves: true,
+        ..bare_papers()
+    }
+}
+
+fn papers_distance() -> Style {
+    Style { distance: 1.0, k_de: 1.8, lighting: false, resolution: 0.0, ..papers() }
+}
+
+fn papers_interior() -> Style {
+    Style { interior: true, k_ie: 1.2, distance: 0.0, lighting: false, resolution: 0.0, ..papers() }
+}
+
+fn papers_lighting() -> Style {
+    Style { lighting: true, k_le: 1.0, boundary: true, silhouette: 1.0, ..bare_papers() }
+}
+
+fn papers_curves() -> Style {
+    Style { lighting: true, k_le: 0.6, curves: true, ..papers_boundary() }
+}
+
+/// With the values under the figure: k_gc 0.4, k_gs 0, k_ge 10, k_sc 0.5, k_ss 5, k_se 1, k_de 0.9.
+fn papers_all() -> Style {
+    Style {
+        boundary: true,
+        k_gc: 0.4,
+        k_gs: 0.0,
+        k_ge: 10.0,
+        silhouette: 1.0,
+        k_sc: 0.5,
+        k_ss: 5.0,
+        k_se: 1.0,
+        distance: 1.0,
+        k_de: 0.9,
+        curves: true,
+        ..bare_papers()
     }
 }

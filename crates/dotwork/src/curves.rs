@@ -141,9 +141,9 @@ impl Search<'_> {
         self.regression.magnitudes(row, lengths);
         let share = 1.0 / self.longest;
         for (x, &length) in lengths.iter().enumerate() {
-            let length = (length * share).min(1.0);
             // Not so for NaN, which is no place of an edge.
-            if !(length > least) || !here[x].is_finite() {
+            let kept = length * share > least && here[x].is_finite();
+            if !kept {
                 continue;
             }
             let v = here[x];
@@ -155,7 +155,7 @@ impl Search<'_> {
             if bent <= self.t_log {
                 voxel.push((first + x) as u32);
                 gradient.push(row.gradient.map(|g| g[x]));
-                magnitude.push(length);
+                magnitude.push((length * share).min(1.0));
                 laplacian.push(bent);
             }
         }

@@ -150,6 +150,7 @@ impl Object {
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
     /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`), so that the
     /// next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
+    /// So are the voxels of its curves by a larger `t_log` or a smaller `t_grad`; they stay with any other `t_eye`.
     ///
     /// # Errors
     /// As [`Object::new`], for a mesh that did not come from there.
@@ -482,6 +483,9 @@ fn curve_warnings(Object { name, curves, style, .. }: &Object, warnings: &mut Wa
             "{name}: its curves have t_log up to {} and t_grad from {}, from a file without the volume",
             curves.t_log, curves.t_grad
         ));
+    }
+    if !style.clip.0.is_empty() {
+        warnings.say(format!("{name}: curves=true draws what is clipped too"));
     }
     if curves.least > curves.t_grad && curves.least > style.t_grad {
         warnings.say(format!(

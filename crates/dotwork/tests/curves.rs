@@ -9,7 +9,7 @@ use dotwork::drawing::{Projection, StrokeKind, Strokes, View};
 use dotwork::ink::CurvesMethod;
 use dotwork::volume::{Volume, phantom};
 use dotwork::{
-    Artist, Drawing, Format, Loaded, Page, Scene, Source, Stipples, Style, VolumeInput, Warnings,
+    Artist, Drawing, Format, Loaded, Object, Page, Scene, Source, Stipples, Style, VolumeInput, Warnings,
     encode_dots, encode_drawing, open, preset, save_dots,
 };
 use glam::Vec3;
@@ -27,6 +27,8 @@ fn scene_of(volume: Volume, style: &Style) -> Scene {
         format: String::new(),
         facts: Vec::new(),
         source: Source { file: "v".into(), ..Source::default() },
+        label: None,
+        meaning: Default::default(),
         volume,
     };
     let mut warnings = Warnings::new();
@@ -126,14 +128,11 @@ fn curves_of_spheres_are_their_outlines() {
             let unique: HashSet<u64> = strokes.id.iter().copied().collect();
             assert_eq!(unique.len(), strokes.len());
             let (farthest, turns, gaps) = compare(&view, &strokes, &circles);
-            println!(
-                "{method:?} {ortho}: {} strokes, {farthest} voxels, median {} 99 % {}, gaps {gaps:?}",
-                strokes.len(),
-                turns[turns.len() / 2],
-                turns[turns.len() * 99 / 100]
-            );
+            // Lines from centre to centre have the grid's directions: they are right on the average alone.
+            let most = if method == CurvesMethod::Segment { 2.0 } else { 15.0 };
+            let middle = turns[turns.len() / 2];
             assert!(farthest < 1.5, "{method:?}: {farthest} voxels");
-            assert!(turns[turns.len() / 2] < 10.0, "{method:?}: {} degrees", turns[turns.len() / 2]);
+            assert!(middle < most, "{method:?}: {middle} degrees");
             assert!(gaps.iter().all(|&gap| gap < 5.0), "{method:?}: {gaps:?}");
         }
     }
@@ -157,8 +156,8 @@ fn what_is_solid_hides_the_curves_within() {
 fn criteria_are_monotone_and_strict_ones_need_no_bake() {
     let keys: [(&str, [&str; 4]); 3] = [
         ("t_eye", ["0.02", "0.1", "0.3", "0.7"]),
-        ("t_log", ["0", "0.02", "0.1", "0.5"]),
-        ("t_grad", ["0.9", "0.5", "0.2", "0.05"]),
+        ("t_log", ["0", "0.5", "0.7", "1"]),
+        ("t_grad", ["0.95", "0.9", "0.85", "0.8"]),
     ];
     for method in [CurvesMethod::Segment, CurvesMethod::Search] {
         for (key, values) in keys {
@@ -261,9 +260,10 @@ fn curves_move_with_their_object() {
         scene.bake(|_| ());
         scene
     };
-    let mut scene = open("demo:torus", &curved(), &mut Warnings::new()).unwrap();
-    scene.objects[0].restyle(Style::default()).unwrap();
-    scene.stipples = Stipples::Count(1000);
+    let mut raw = dotwork::mesh::shapes::torus(20.0, 5.0, 24, 12);
+    raw.origin = [7.0, -3.0, 2.5];
+    let torus = Object::new("torus", raw, Style::default(), &mut Warnings::new()).unwrap();
+    let mut scene = Scene { stipples: Stipples::Count(1000), ..Scene::of(torus) };
     let first = scene.objects[0].mesh.origin;
     assert_ne!(first, alone.objects[0].mesh.origin);
     assert!(scene.add(alone.objects[0].clone()));

@@ -1,7 +1,7 @@
 //! Every key of the parameter table changes a drawing, at every word it takes and at both ends of its range.
 #![cfg(feature = "files")]
 
-use dotwork::ink::{Kind, PARAMS, Param};
+use dotwork::ink::{Kind, PARAMS, Param, Role};
 use dotwork::{
     Artist, Format, Loaded, Meaning, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples,
     Style, Volume, VolumeInput, Warnings, encode_drawing,
@@ -50,6 +50,9 @@ const SETTINGS: &[Setting] = &[
     // Back faces: what an open surface shows from within, and what a closed one hides.
     Setting { shape: tube, camera: "0,60", zoom: 1.0, keys: &[] },
     Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("visibility", "facing")] },
+    // Among others: a context before it, a focus behind it.
+    Setting { shape: between, camera: "0,0", zoom: 1.0, keys: &[] },
+    Setting { shape: between, camera: "0,0", zoom: 1.0, keys: &[("role", "context")] },
     // Near and far, under a uniform tone.
     Setting { shape: torus, camera: "0,10,1.5", zoom: 1.0, keys: &[("base", "0.3"), ("light", "0")] },
     Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },
@@ -129,6 +132,20 @@ fn tube(style: &Style) -> Scene {
     of(raw, style)
 }
 
+/// A ball in the style, a larger one before it that is a context, a smaller one behind it that is a focus.
+fn between(style: &Style) -> Scene {
+    let ball = |radius: f32, z: f32, style: &Style| {
+        let mut raw = dotwork::mesh::shapes::sphere(4);
+        raw.positions.iter_mut().for_each(|p| *p = [radius * p[0], radius * p[1], radius * p[2] + z]);
+        Object::new("o", raw, style.clone(), &mut Warnings::new()).unwrap()
+    };
+    let mut scene = Scene::of(ball(1.0, 0.0, style));
+    for (radius, z, role) in [(1.5, 4.0, Role::Context), (0.5, -4.0, Role::Focus)] {
+        scene.add(ball(radius, z, &Style { role, ..Style::default() }));
+    }
+    scene
+}
+
 fn cube(style: &Style) -> Scene {
     let positions = (0..8u8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -177,7 +194,9 @@ fn texts(name: &str) -> &'static [&'static str] {
         "crop" => &["0,0.5,0,1,0,1"],
         "clip" => &["x>0.5", "x>0.5;z>0.6"],
         "outline_color" => &["#804020"],
-        "palette" => &["sunset", "ocean", "earth", "viridis", "#102030,#a0b0c0,#ff8000"],
+        "palette" => {
+            &["blue-orange", "aerial", "sunset", "ocean", "earth", "viridis", "#102030,#a0b0c0,#ff8000"]
+        }
         "size_max" => &["2%", "0.3mm"],
         "gradient_min" => &["0.1", "0.6"],
         _ => panic!("{name} needs values to try"),

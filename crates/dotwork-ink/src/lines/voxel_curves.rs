@@ -35,7 +35,8 @@ const CHUNK: usize = 8192;
 /// Voxels that are looked at together.
 const BLOCK: usize = 64;
 
-/// Least cosine between a line of a search and the curve: 45°.
+/// Least cosine between a line of a search and the curve: 45°. A row of voxels steps by as much from one column to the
+/// next, and less would leave gaps there.
 const ALONG: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// Bits of a piece's id below the voxel's number.

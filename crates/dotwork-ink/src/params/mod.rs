@@ -207,7 +207,7 @@ style! {
             "Where colours are mixed: hls is the paper's hue, lightness and saturation; oklch is even to the eye.",
             "along the shorter way round the hue; hls: Lu et al. 2003, 5.7; oklch: Ottosson 2020";
         palette: PaletteChoice = PaletteChoice::None,
-            Kind::Text("none | sunset | ocean | earth | viridis | #rrggbb,#rrggbb,... | FILE"), "",
+            Kind::Text("none | blue-orange | aerial | sunset | ocean | earth | viridis | #rrggbb,#rrggbb,... | FILE"), "",
             "Colours from u = 0 to u = 1 that take the place of cool and warm: one with a name, a list of 2 to 64, or a \
              file with one #rrggbb a line or a GIMP palette, which is read into a list.",
             "color = the two entries next to u, mixed";
@@ -295,9 +295,9 @@ style! {
         t_log: f32 = 0.0, UNIT, "of the largest |LoG|",
             "How far from an edge in the volume curves may lie; 0 takes the voxels nearest to it, more makes curves thicker.",
             "LoG: the Laplacian of the volume smoothed by a Gaussian, 0 at edges; see curves";
-        t_eye: f32 = 0.2, UNIT, "cosine",
+        t_eye: f32 = 0.1, UNIT, "cosine",
             "How far from the outline curves may lie: the largest cosine between normal and eye.", "see curves";
-        t_grad: f32 = 0.1, UNIT, "of the strongest gradient", "Weaker gradients carry no curves.", "see curves";
+        t_grad: f32 = 0.2, UNIT, "of the strongest gradient", "Weaker gradients carry no curves.", "see curves";
     }
     "Surface" {
         visibility: Visibility = Visibility::Solid, Kind::Choice(Visibility::WORDS), "",

@@ -56,6 +56,12 @@ pub(super) fn encode(raw: &[u8], width: usize) -> (Encoding, Vec<u8>) {
     (encoding, stored)
 }
 
+/// A section as it is, in the form of a packed one.
+pub(super) fn plain(raw: &[u8]) -> (Encoding, Vec<u8>) {
+    let lengths = raw.chunks(BLOCK).flat_map(|block| (block.len() as u32).to_le_bytes());
+    (Encoding::Whole, lengths.chain(raw.iter().copied()).collect())
+}
+
 /// Packs a sample from the middle both ways.
 fn choose(raw: &[u8], width: usize) -> Encoding {
     let sample = middle(raw, SAMPLE * width, width);

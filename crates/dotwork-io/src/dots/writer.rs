@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{Kind, MAGIC, VERSION, block};
+use super::block::{self, Encoding};
+use super::{Kind, MAGIC, VERSION};
 use crate::checksum::checksum;
 
 /// Collects sections and packs them.
@@ -70,8 +71,17 @@ impl Writer {
 
     /// The bytes of the file; sections in the order in which they were added.
     pub fn finish(&self) -> Vec<u8> {
-        let packed: Vec<_> =
-            self.sections.par_iter().map(|s| block::encode(&s.raw, s.kind.width())).collect();
+        self.assemble(block::encode)
+    }
+
+    /// As [`Writer::finish`], with every section as it is: readers that let a file ask for no more than its length allows
+    /// then let it ask for the most.
+    pub fn finish_plain(&self) -> Vec<u8> {
+        self.assemble(|raw, _| block::plain(raw))
+    }
+
+    fn assemble(&self, encode: impl Fn(&[u8], usize) -> (Encoding, Vec<u8>) + Sync) -> Vec<u8> {
+        let packed: Vec<_> = self.sections.par_iter().map(|s| encode(&s.raw, s.kind.width())).collect();
         let mut table = Vec::new();
         for (section, (encoding, stored)) in self.sections.iter().zip(&packed) {
             table.push(section.name.len() as u8);

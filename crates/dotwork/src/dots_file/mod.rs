@@ -13,7 +13,9 @@
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
 //! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
 //! | `K/curves/voxels`, `K/curves/normals`, `K/curves/magnitudes`, `K/curves/laplacians` | where silhouette curves are drawn from voxels, those that may be part of them: numbers in the grid (`u32`, rising), three `f32`, then one; `surfaces` has `curves` with the grid's `dims`, `origin`, `edges`, and `t_log`, `t_grad`, `least` |
-//! | `bulk` | noise, in a file that would be too short: one whose voxels become more than a million stipples is at least a quarter as many bytes long, one with more than 262,144 voxels of curves as many, and one with a text of more than 512 KiB half as long as that |
+//!
+//! A file may become no more than its length allows: four stipples of voxels and one voxel of curves for each byte, texts of
+//! twice its length. Sections are packed, unless that would make a file too short for what it holds.
 //!
 //! Places of stipples are not stored: they follow from the bake and the surface, or from the voxels. What is read is
 //! checked before it is used, so that a file made by someone else gives an error at worst; and a short file takes no
@@ -26,7 +28,6 @@ mod voxels;
 use std::path::Path;
 use std::sync::Arc;
 
-use dotwork_drawing::hash::hash2;
 use dotwork_export::write_atomic;
 use dotwork_ink::lines::VoxelCurves;
 use dotwork_ink::{Baked, Stock};
@@ -119,12 +120,11 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
     let curves = curves::least_length(baked.filter_map(curves_of));
     let least =
         voxels::least_length(elements).max(curves).max(longest_text.div_ceil(settings::TEXT_PER_BYTE));
-    if bytes.len() >= least.min(u32::MAX as usize) {
+    if bytes.len() >= least {
         return bytes;
     }
-    // What would be refused as hostile: noise does not pack, so that the file becomes as long as it has to be.
-    let noise = (0..least as u32).map(|i| hash2(i, 0) as u8);
-    file.section("bulk", noise.collect()).finish()
+    // Packed it would be refused as hostile; as it is, a section is long enough for what it becomes.
+    file.finish_plain()
 }
 
 /// The curves that an object draws.

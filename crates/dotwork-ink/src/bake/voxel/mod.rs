@@ -29,8 +29,8 @@ use section::Section;
 /// Bits of an id that count the stipples of a voxel.
 const RANK_BITS: u32 = 12;
 
-/// Most stipples of one voxel.
-pub const MAX_IN_VOXEL: usize = 1 << RANK_BITS;
+/// Most stipples of one voxel. A voxel covers some 25 to 64 pixels: this is more than its page is black with.
+pub const MAX_IN_VOXEL: usize = 128;
 
 /// The voxels that carry stipples: those whose gradient is above the threshold, in structure-of-arrays form.
 #[derive(Clone, Debug, Default, PartialEq)]
