@@ -3,8 +3,8 @@
 use dotwork_drawing::{Color, Length};
 
 use crate::params::{
-    BakeMethod, Clip, Coloring, Factors, Fade, FeatureChoice, Inked, OutlineColor, PaletteChoice, SizeMax,
-    Style, Visibility,
+    BakeMethod, Clip, Coloring, Factors, Fade, FeatureChoice, Fraction, Inked, OutlineColor, PaletteChoice,
+    SizeMax, Style, Visibility,
 };
 
 /// A named style.
@@ -359,7 +359,8 @@ fn bare_papers() -> Style {
 }
 
 fn papers_plain() -> Style {
-    Style { tone: 0.025, size_max: SizeMax(None), ..bare_papers() }
+    // Less than a dot a voxel: all boundaries would be black.
+    Style { tone: 0.012, fraction: Fraction::Ink, size_max: SizeMax(None), ..bare_papers() }
 }
 
 /// With the values under the figure: k_gc 0.39, k_gs 0.51, k_ge 1, k_sc 0.279, k_ss 0.45, k_se 1.11.
@@ -379,11 +380,19 @@ fn papers_boundary() -> Style {
 }
 
 fn papers_distance() -> Style {
-    Style { distance: 1.0, k_de: 1.8, lighting: false, resolution: 0.0, ..papers() }
+    Style { distance: 1.0, k_de: 1.2, lighting: false, resolution: 0.0, ..papers() }
 }
 
 fn papers_interior() -> Style {
-    Style { interior: true, k_ie: 1.2, distance: 0.0, lighting: false, resolution: 0.0, ..papers() }
+    Style {
+        interior: true,
+        k_ie: 1.5,
+        tone: 0.7,
+        distance: 0.0,
+        lighting: false,
+        resolution: 0.0,
+        ..papers()
+    }
 }
 
 fn papers_lighting() -> Style {
