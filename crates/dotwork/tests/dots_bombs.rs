@@ -112,7 +112,7 @@ fn bombs_take_no_memory() {
     let file = square();
     let path = folder.path().join("bomb.dots");
 
-    for (count, n_max) in [(5000, 4096.0), (20_000, 1e12), (900_000, 25.0)] {
+    for (count, n_max) in [(9000, 4096.0), (20_000, 1e12), (900_000, 25.0)] {
         let what = format!("{count} voxels of {n_max} stipples");
         let message = cheap(&path, &voxels(&file, count, n_max), &what);
         assert!(message.contains("its voxels become more stipples than"), "{what}: {message}");

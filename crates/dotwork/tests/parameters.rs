@@ -52,7 +52,7 @@ const SETTINGS: &[Setting] = &[
     Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("visibility", "facing")] },
     // Among others: a context before it, a focus behind it.
     Setting { shape: between, camera: "0,0", zoom: 1.0, keys: &[] },
-    Setting { shape: between, camera: "0,0", zoom: 1.0, keys: &[("role", "context")] },
+    Setting { shape: between, camera: "0,0", zoom: 1.0, keys: &[("role", "context"), ("dot_size", "3px")] },
     // Near and far, under a uniform tone.
     Setting { shape: torus, camera: "0,10,1.5", zoom: 1.0, keys: &[("base", "0.3"), ("light", "0")] },
     Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },

@@ -90,28 +90,28 @@ fn thick_slices_shade_as_thin_ones() {
     let path = nrrd(&folder, "thick.nrrd", &volume);
     let png = folder.path("thick.png");
     let options =
-        "--style lambert --ortho --camera 40,20 --light=-40,40 --size 1536x1536 --stipples 1500000 --iso 500";
+        "--style lambert --ortho --camera 40,20 --light=-40,40 --size 1024x1024 --stipples 700000 --iso 500";
     dotwork(options, &path, &png);
     let ink = Ink::read(&png);
     let light = {
         let (azimuth, elevation) = (-40f64.to_radians(), 40f64.to_radians());
         [azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos()]
     };
-    let (scale, block) = (0.45 * 1536.0, 32);
+    let (scale, block) = (0.45 * 1024.0, 32);
     let mut errors = Vec::new();
-    for by in 0..1536 / block {
-        for bx in 0..1536 / block {
+    for by in 0..1024 / block {
+        for bx in 0..1024 / block {
             let (mut wanted, mut found) = (0.0, 0.0);
             let mut inside = true;
             for y in by * block..(by + 1) * block {
                 for x in bx * block..(bx + 1) * block {
-                    let (nx, ny) = ((x as f64 + 0.5 - 768.0) / scale, (768.0 - y as f64 - 0.5) / scale);
+                    let (nx, ny) = ((x as f64 + 0.5 - 512.0) / scale, (512.0 - y as f64 - 0.5) / scale);
                     let square = nx * nx + ny * ny;
                     inside &= square < 0.9;
                     let nz = (1.0 - square).max(0.0).sqrt();
                     // The style's own tone.
                     wanted += 0.8 * (1.0 - (nx * light[0] + ny * light[1] + nz * light[2]).max(0.0));
-                    found += ink.ink[y * 1536 + x];
+                    found += ink.ink[y * 1024 + x];
                 }
             }
             let pixels = (block * block) as f64;
@@ -147,7 +147,7 @@ fn bakes_agree(input: &Path) {
     let folder = Folder::new();
     let [voxel, surface] = ["voxel", "blue-noise"].map(|bake| {
         let png = folder.path(&format!("{bake}.png"));
-        dotwork(&format!("--bake {bake} --set outlines=false --size 1024x1024"), input, &png);
+        dotwork(&format!("--bake {bake} --set outlines=false --size 832x832"), input, &png);
         Ink::read(&png)
     });
     let (blocks, correlation) = correlation(&voxel, &surface);
@@ -184,7 +184,7 @@ fn turntable(input: &Path, options: &str) -> (usize, f64, f64) {
         .arg(input)
         .arg("-o")
         .arg(&bake)
-        .args(["--stipples", "400000"])
+        .args(["--stipples", "200000"])
         .args(options.split_whitespace())
         .output()
         .unwrap();
@@ -192,7 +192,7 @@ fn turntable(input: &Path, options: &str) -> (usize, f64, f64) {
     let frames = |more: &str| -> Vec<FrameDots> {
         (0..6)
             .map(|f| {
-                dotwork(&format!("--camera {},15 {more}", 20.0 + 0.5 * f64::from(f)), &bake, &csv);
+                dotwork(&format!("--camera {},15 --size 640x640 {more}", 20.0 + 0.5 * f64::from(f)), &bake, &csv);
                 frame_dots(&csv)
             })
             .collect()
