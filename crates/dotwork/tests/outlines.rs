@@ -3,6 +3,8 @@
 //! The exact curve of a parametric surface is the zero set of n · (eye − p), found by bisection in double precision along
 //! dense lines of one parameter; what hides it is found by marching from it to the eye through the surface's distance.
 
+#![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
+
 use dotwork::drawing::{Drawing, Projection, StrokeKind, View};
 use dotwork::{Artist, Object, Page, RawMesh, Scene, Stipples, Style, Warnings};
 use glam::{DVec3, Vec3};
@@ -205,7 +207,8 @@ fn exact(shape: &Shape, view: &View, origin: DVec3) -> Vec<[f64; 2]> {
 
 #[test]
 fn outlines_of_smooth_shapes_are_the_exact_curves() {
-    let shapes: [(&str, fn() -> Shape); 6] = [
+    type Make = fn() -> Shape;
+    let shapes: [(&str, Make); 6] = [
         ("sphere", || ellipsoid(DVec3::ONE, [96, 48])),
         ("coarse sphere", || ellipsoid(DVec3::ONE, [24, 12])),
         ("torus", || torus([128, 64])),

@@ -192,7 +192,11 @@ fn turntable(input: &Path, options: &str) -> (usize, f64, f64) {
     let frames = |more: &str| -> Vec<FrameDots> {
         (0..6)
             .map(|f| {
-                dotwork(&format!("--camera {},15 --size 640x640 {more}", 20.0 + 0.5 * f64::from(f)), &bake, &csv);
+                dotwork(
+                    &format!("--camera {},15 --size 640x640 {more}", 20.0 + 0.5 * f64::from(f)),
+                    &bake,
+                    &csv,
+                );
                 frame_dots(&csv)
             })
             .collect()
