@@ -155,6 +155,16 @@ mod tests {
     }
 
     #[test]
+    fn texts_with_line_breaks_make_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        // Found by fuzzing.
+        std::fs::write(&path, "extends = \"a\\nb\"\n").unwrap();
+        let message = read_style(&path).unwrap_err().to_string();
+        assert!(message.contains(r"there is no preset 'a\nb'") && !message.contains('\n'), "{message}");
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, line, part) in [
             ("tone = 0.5\n\ngama = 2\n", 3, "did you mean 'gamma'?"),

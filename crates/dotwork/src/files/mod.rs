@@ -79,7 +79,7 @@ pub enum FileError {
         name: String,
     },
     /// A style file cannot be understood.
-    #[error("{}:{line}: {reason}", one_line(&path.to_string_lossy()))]
+    #[error("{}:{line}: {}", one_line(&path.to_string_lossy()), one_line(reason))]
     Style {
         /// The file.
         path: PathBuf,
@@ -89,7 +89,7 @@ pub enum FileError {
         reason: String,
     },
     /// A scene file cannot be understood, or one of its objects not drawn.
-    #[error("{}:{line}: {reason}", one_line(&path.to_string_lossy()))]
+    #[error("{}:{line}: {}", one_line(&path.to_string_lossy()), one_line(reason))]
     Scene {
         /// The file.
         path: PathBuf,
