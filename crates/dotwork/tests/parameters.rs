@@ -134,14 +134,15 @@ fn tube(style: &Style) -> Scene {
 
 /// A ball in the style, a larger one before it that is a context, a smaller one behind it that is a focus.
 fn between(style: &Style) -> Scene {
-    let ball = |radius: f32, z: f32, style: &Style| {
+    let ball = |radius: f32, [x, z]: [f32; 2], style: &Style| {
         let mut raw = dotwork::mesh::shapes::sphere(4);
-        raw.positions.iter_mut().for_each(|p| *p = [radius * p[0], radius * p[1], radius * p[2] + z]);
+        raw.positions.iter_mut().for_each(|p| *p = [radius * p[0] + x, radius * p[1], radius * p[2] + z]);
         Object::new("o", raw, style.clone(), &mut Warnings::new()).unwrap()
     };
-    let mut scene = Scene::of(ball(1.0, 0.0, style));
-    for (radius, z, role) in [(1.5, 4.0, Role::Context), (0.5, -4.0, Role::Focus)] {
-        scene.add(ball(radius, z, &Style { role, ..Style::default() }));
+    let mut scene = Scene::of(ball(1.0, [0.0; 2], style));
+    // Side by side, so that the former does not hide what lies before the latter.
+    for (radius, place, role) in [(1.5, [1.8, 4.0], Role::Context), (0.5, [-0.4, -4.0], Role::Focus)] {
+        scene.add(ball(radius, place, &Style { role, ..Style::default() }));
     }
     scene
 }
