@@ -239,7 +239,7 @@ fn a_file_is_as_long_as_its_scene_needs() {
     let mut named = scene.clone();
     named.objects[0].name = "x".repeat(600 << 10);
     // Stored as it is: packed it would be too short to be believed.
-    assert!((600 << 10..700 << 10).contains(&length(&named)));
+    assert!((600 << 10..2 << 20).contains(&length(&named)));
 
     let count = 360_000;
     let up = || Vectors { x: vec![0.0; count], y: vec![0.0; count], z: vec![1.0; count] };
@@ -250,7 +250,7 @@ fn a_file_is_as_long_as_its_scene_needs() {
         value: vec![1.0; count],
         edges: [Vec3::X, Vec3::Y, Vec3::Z],
     };
-    for (n_max, expected) in [(2.0, 0..100_000), (3.0, 32 * count..33 * count)] {
+    for (n_max, expected) in [(2.0, 0..100_000), (3.0, 32 * count..37 * count)] {
         let stock = voxel(&voxels, &VoxelSettings { n_max, ..VoxelSettings::default() }, &mut warnings);
         scene.objects[0].stock = Some(Arc::new(stock));
         assert!(expected.contains(&length(&scene)), "{n_max}");

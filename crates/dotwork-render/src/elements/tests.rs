@@ -198,7 +198,7 @@ fn dots_for_each_page_area_stay_as_one_moves_away() {
         assert_eq!(dots.id.len(), draw(&stock, &style, &zoomed).id.len());
     }
     style.resolution = 0.0;
-    assert_eq!(draw(&stock, &style, &camera("0,0,12")).id.len(), 400 * 144);
+    assert_eq!(draw(&stock, &style, &camera("0,0,12")).id.len(), 400 * 72);
 }
 
 #[test]
