@@ -55,7 +55,8 @@ fn check(header: &Header) -> Result<(), ReadErrorKind> {
     if count("vertex") == 0 || (count("face") == 0 && count("tristrips") == 0) {
         return Err(ReadErrorKind::NoFaces);
     }
-    Ok(())
+    // Said here: a body steps over elements without properties, and faces would refer to vertices that are not there.
+    header.element("vertex").map_or(Ok(()), |e| e.xyz().map(|_| ()))
 }
 
 /// What a body holds for us.
