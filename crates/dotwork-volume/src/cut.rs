@@ -55,14 +55,7 @@ pub struct CutPlane {
 impl CutFace {
     /// The values between which most of the cut lies: its 2nd and 98th percentile by area. `None` if it has no area.
     pub fn range(&self) -> Option<[f64; 2]> {
-        let mut weights = vec![0.0; self.values.len()];
-        for t in &self.mesh.triangles {
-            let [a, b, c] = t.map(|v| DVec3::from_array(self.mesh.positions[v as usize].map(f64::from)));
-            let area = (b - a).cross(c - a).length();
-            t.iter().for_each(|&v| weights[v as usize] += area);
-        }
-        let mut order: Vec<usize> = (0..weights.len()).collect();
-        order.sort_by(|&a, &b| self.values[a].total_cmp(&self.values[b]));
+        let (order, weights) = self.by_value();
         let total: f64 = order.iter().map(|&v| weights[v]).sum();
         let at = |share: f64| {
             let mut sum = 0.0;
@@ -73,6 +66,35 @@ impl CutFace {
             order.iter().find(reached).or(order.last()).map(|&v| f64::from(self.values[v]))
         };
         if total > 0.0 { Some([at(0.02)?, at(0.98)?]) } else { None }
+    }
+
+    /// For each vertex the share of the cut's area, 0…1, that has lower values; of what has the same value, half
+    /// counts. All 0 if the cut has no area.
+    pub fn ranks(&self) -> Vec<f32> {
+        let (order, weights) = self.by_value();
+        let total: f64 = order.iter().map(|&v| weights[v]).sum();
+        let mut ranks = vec![0.0; order.len()];
+        let mut below = 0.0;
+        for same in order.chunk_by(|&a, &b| self.values[a].total_cmp(&self.values[b]).is_eq()) {
+            let here: f64 = same.iter().map(|&v| weights[v]).sum();
+            let rank = if total > 0.0 { ((below + 0.5 * here) / total).clamp(0.0, 1.0) as f32 } else { 0.0 };
+            same.iter().for_each(|&v| ranks[v] = rank);
+            below += here;
+        }
+        ranks
+    }
+
+    /// The vertices by ascending value, and for each vertex the area of the triangles that have it, up to a factor.
+    fn by_value(&self) -> (Vec<usize>, Vec<f64>) {
+        let mut weights = vec![0.0; self.values.len()];
+        for t in &self.mesh.triangles {
+            let [a, b, c] = t.map(|v| DVec3::from_array(self.mesh.positions[v as usize].map(f64::from)));
+            let area = (b - a).cross(c - a).length();
+            t.iter().for_each(|&v| weights[v as usize] += area);
+        }
+        let mut order: Vec<usize> = (0..weights.len()).collect();
+        order.sort_by(|&a, &b| self.values[a].total_cmp(&self.values[b]));
+        (order, weights)
     }
 }
 

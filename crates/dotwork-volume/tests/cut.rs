@@ -252,6 +252,32 @@ fn the_range_is_that_of_the_area() {
 }
 
 #[test]
+fn ranks_are_shares_of_the_area() {
+    // A ramp over 100 units: below the value x lie x hundredths of the face.
+    let volume = Field::new([101, 41, 5], Affine::from_spacing([1.0; 3])).volume(|p| p.x as f32);
+    let region = ClipRegion::parse("z>0.5", volume.bounds()).unwrap();
+    let cut = cut_faces(&volume, -1.0, &region);
+    let ranks = cut.ranks();
+    assert_eq!(ranks.len(), cut.values.len());
+    for (&rank, &value) in ranks.iter().zip(&cut.values) {
+        assert!((rank - value / 100.0).abs() < 0.01, "{rank} at {value}");
+    }
+    // Two flat halves, in ranks: half of one's own share counts. The seam is one voxel wide.
+    let halves = Field::new([101, 41, 5], Affine::from_spacing([1.0; 3]));
+    let halves = halves.volume(|p| if p.x < 25.0 { 3u8 } else { 4 });
+    let cut = cut_faces(&halves, 0.0, &region);
+    for (rank, value) in cut.ranks().into_iter().zip(&cut.values) {
+        let expected = match *value {
+            3.0 => 0.12,
+            4.0 => 0.625,
+            _ => continue,
+        };
+        assert!((rank - expected).abs() < 0.01, "{rank} at {value}");
+    }
+    assert!(CutFace::default().ranks().is_empty());
+}
+
+#[test]
 fn cubes_of_whole_voxels_are_cut_into_squares() {
     let inside = |p: DVec3| p.cmpge(DVec3::splat(5.0)).all() && p.cmple(DVec3::splat(14.0)).all();
     let volume = Field::new([20, 20, 20], Affine::from_spacing([1.0; 3]))

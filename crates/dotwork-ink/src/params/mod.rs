@@ -233,7 +233,8 @@ style! {
         clip: Clip = Clip(String::new()), Kind::Text("none | AXIS<SHARE or AXIS>SHARE, joined by ;"), "of the object's box",
             "Cuts away what satisfies all of these, as in x>0.5;z>0.6: an object is opened, and a volume shows its values \
              on the cut.",
-            "on a cut, ink = 0.02 + 0.62 u^1.2, u = 1 for the lowest and 0 for the highest 2 % of the values";
+            "on a cut, ink = 0.02 + 0.72 u^1.2, u the mean of two: 1 for the lowest and 0 for the highest 2 % of the \
+             values; and the share of the cut with higher values";
     }
     "Papers" {
         factors: Factors = Factors::Sum, Kind::Choice(Factors::WORDS), "",
