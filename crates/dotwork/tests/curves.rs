@@ -9,7 +9,7 @@ use dotwork::drawing::{Projection, StrokeKind, Strokes, View};
 use dotwork::ink::CurvesMethod;
 use dotwork::volume::{Volume, phantom};
 use dotwork::{
-    Artist, Drawing, Format, Loaded, Object, Page, Scene, Source, Stipples, Style, VolumeInput, Warnings,
+    Artist, Drawing, Format, Loaded, Object, Page, Scene, Stipples, Style, VolumeInput, Warnings,
     encode_dots, encode_drawing, open, preset, save_dots,
 };
 use glam::Vec3;
@@ -21,16 +21,7 @@ fn curved() -> Style {
 }
 
 fn scene_of(volume: Volume, style: &Style) -> Scene {
-    let input = VolumeInput {
-        name: "v".into(),
-        input: "v".into(),
-        format: String::new(),
-        facts: Vec::new(),
-        source: Source { file: "v".into(), ..Source::default() },
-        label: None,
-        meaning: Default::default(),
-        volume,
-    };
+    let input = VolumeInput::new("v", "v", volume);
     let mut warnings = Warnings::new();
     let mut scene = Scene { page: Page::pixels(SIDE, SIDE).unwrap(), ..Scene::default() };
     scene.stipples = Stipples::Count(1000);

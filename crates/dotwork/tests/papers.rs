@@ -6,8 +6,8 @@ use std::sync::Arc;
 use dotwork::ink::{BakeMethod, Stock, Visibility};
 use dotwork::volume::{Volume, phantom};
 use dotwork::{
-    Artist, Drawing, Format, Loaded, Meaning, Object, Page, Scene, Source, Stipples, Style, VolumeInput,
-    Warnings, encode_dots, encode_drawing, load, open, preset, save_dots, settings_text,
+    Artist, Drawing, Format, Loaded, Object, Page, Scene, Stipples, Style, VolumeInput, Warnings,
+    encode_dots, encode_drawing, load, open, preset, save_dots, settings_text,
 };
 use glam::Vec3;
 
@@ -19,16 +19,7 @@ fn page() -> Page {
 
 /// Nested spheres, a demo of the command's.
 fn shells(style: Style) -> Scene {
-    let input = VolumeInput {
-        name: "shells".into(),
-        input: "demo:shells".into(),
-        format: String::new(),
-        facts: Vec::new(),
-        source: Source { file: "demo:shells".into(), ..Source::default() },
-        volume: phantom::phantom("shells").unwrap(),
-        meaning: Meaning::default(),
-        label: None,
-    };
+    let input = VolumeInput::new("shells", "demo:shells", phantom::phantom("shells").unwrap());
     let mut warnings = Warnings::new();
     let meshes = Loaded::Volume(Box::new(input)).into_meshes(&style, None, &mut warnings).unwrap();
     let mut scene = Scene { page: page(), ..Scene::default() };

@@ -3,8 +3,8 @@
 
 use dotwork::ink::{Kind, PARAMS, Param, Role};
 use dotwork::{
-    Artist, Format, Loaded, Meaning, Object, Page, Raster, Rasterizer, RawMesh, Scene, Source, Stipples,
-    Style, Volume, VolumeInput, Warnings, encode_drawing,
+    Artist, Format, Loaded, Object, Page, Raster, Rasterizer, RawMesh, Scene, Stipples, Style, Volume,
+    VolumeInput, Warnings, encode_drawing,
 };
 
 /// A place to look for the effect of a key: a shape, and settings that bring the effect out.
@@ -87,16 +87,7 @@ fn volume(style: &Style) -> Scene {
     };
     let samples: Vec<f32> = (0..24 * 24 * 24).map(|i| at(i % 24, i / 24 % 24, i / 576)).collect();
     let volume = Volume::from_vec([24; 3], [1.0; 3], samples).unwrap();
-    let input = VolumeInput {
-        name: "v".into(),
-        input: "v".into(),
-        format: String::new(),
-        facts: Vec::new(),
-        source: Source::default(),
-        volume,
-        meaning: Meaning::default(),
-        label: None,
-    };
+    let input = VolumeInput::new("v", "v", volume);
     let mut scene = Scene::default();
     let mut warnings = Warnings::new();
     for mesh in Loaded::Volume(Box::new(input)).into_meshes(style, None, &mut warnings).unwrap() {

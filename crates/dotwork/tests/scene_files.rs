@@ -107,6 +107,61 @@ fn included_files_lie_below() {
 }
 
 #[test]
+fn objects_that_share_a_volume_are_what_each_is_alone() {
+    let object = |keys: &str| format!("[[object]]\nfile = 'demo:shells'\n{keys}\n");
+    // Prepared alike, but for the last; the second drops what the others keep.
+    let keys = [
+        "feature = 'outer'\nkeep = 'all'",
+        "feature = 'dense'\nkeep = 1",
+        "feature = 2\nkeep = 'all'",
+        "feature = 'outer'\nkeep = 'all'\nsmooth = 1",
+    ];
+    let shared = scene(&keys.map(&object).concat());
+    let volume = |k: usize| shared.objects[k].volume.as_ref().unwrap();
+    assert!(std::sync::Arc::ptr_eq(volume(0), volume(2)), "prepared twice");
+    assert!(!std::sync::Arc::ptr_eq(volume(0), volume(3)));
+    for (k, keys) in keys.iter().enumerate() {
+        let alone = scene(&object(keys));
+        let (a, b) = (&shared.objects[k], &alone.objects[0]);
+        assert_eq!((&a.mesh.positions, &a.mesh.triangles), (&b.mesh.positions, &b.mesh.triangles), "{keys}");
+        assert!(a.volume == b.volume && a.source == b.source && a.style == b.style, "{keys}");
+    }
+}
+
+#[test]
+fn labels_of_one_file_are_what_each_is_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    // Two blocks in one corner each, labels 3 and 7.
+    let value = |i: usize| match [i % 16, i / 16 % 16, i / 256] {
+        [2..=7, 2..=7, 2..=7] => 3u8,
+        [9..=13, 9..=13, 4..=12] => 7,
+        _ => 0,
+    };
+    std::fs::write(folder.path().join("v.raw"), (0..4096).map(value).collect::<Vec<u8>>()).unwrap();
+    let object = |name: &str, more: &str| {
+        format!("[[object]]\nname = '{name}'\nfile = 'v.raw'\nraw = '16x16x16:u8'\n{more}\n")
+    };
+    let of = |text: String| {
+        let path = write(folder.path(), "scene.toml", &text);
+        read_scene_file(path).unwrap().scene(None, &|_| (), &mut Warnings::new()).unwrap().0
+    };
+    let objects = [
+        object("a", "labels = 'auto'\nlabel = 3"),
+        object("b", "labels = 'auto'\nlabel = 7"),
+        // The same samples as quantities.
+        object("c", "iso = 5"),
+    ];
+    let together = of(objects.concat());
+    assert_eq!(together.objects.len(), 3);
+    for (object, alone) in together.objects.iter().zip(objects) {
+        let alone = &of(alone).objects[0];
+        assert!(!object.mesh.triangles.is_empty());
+        assert_eq!(object.mesh.positions, alone.mesh.positions, "{}", object.name);
+        assert_eq!((&object.source, &object.name), (&alone.source, &alone.name));
+    }
+}
+
+#[test]
 fn two_features_share_a_volume_and_the_focus_shows_through_its_context() {
     let text = |role: &str| {
         format!(

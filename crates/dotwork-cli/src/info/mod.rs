@@ -47,7 +47,9 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
             let object = file.into_object(Style::default(), &mut warnings)?;
             describe_mesh(&args.input, format, &facts, &found, &object)
         }
-        Loaded::Volume(input) => {
+        Loaded::Volume(mut input) => {
+            // Each tile of the sheet is a surface of the same prepared volume.
+            input.keep_prepared(args.sheet.is_some());
             let features = input.features(&Style::default(), &mut warnings);
             if let Some(path) = &args.sheet {
                 let features = match &features {

@@ -14,7 +14,7 @@ use dotwork_volume::phantom::phantom;
 use dotwork_volume::{Affine, Space, Unit, Volume};
 
 use super::FileError;
-use super::parts::{Look, Meaning};
+use super::parts::Look;
 use super::plate::Plate;
 use super::volume::VolumeInput;
 use crate::dots_file::read_scene;
@@ -155,7 +155,7 @@ pub fn load_with(
         return match phantom(name) {
             Some(volume) => {
                 let mut volume = VolumeInput::demo(name, volume);
-                volume.take(options, None, warnings)?;
+                volume.take(options, warnings)?;
                 Ok(Loaded::Volume(Box::new(volume)))
             }
             None => demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh))),
@@ -240,16 +240,13 @@ fn volume(
         ..Source::default()
     };
     let mut volume = VolumeInput {
-        name: object_name(path),
-        input,
         format: file.format,
         facts: file.facts,
         source,
-        volume: file.volume,
-        meaning: Meaning::Quantities,
-        label: None,
+        own_labels: file.labels,
+        ..VolumeInput::new(object_name(path), input, file.volume)
     };
-    volume.take(options, file.labels, warnings)?;
+    volume.take(options, warnings)?;
     Ok(Loaded::Volume(Box::new(volume)))
 }
 

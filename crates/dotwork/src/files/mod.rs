@@ -21,6 +21,7 @@ pub use output::{Format, encode_drawing, prepare, write_drawing};
 pub use parts::{Look, Meaning};
 pub use plate::Plate;
 pub use volume::VolumeInput;
+pub(crate) use volume::preparation;
 
 /// Why a file was not read or written. Displays as one line, `FILE: place: reason`.
 #[derive(Debug, thiserror::Error)]

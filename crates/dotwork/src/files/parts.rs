@@ -76,16 +76,13 @@ impl Meaning {
 
 impl VolumeInput {
     /// Takes what options say of the meaning of its values, or the table that its file has.
-    pub(crate) fn take(
-        &mut self,
-        options: &LoadOptions,
-        own: Option<LabelTable>,
-        warnings: &mut Warnings,
-    ) -> Result<(), FileError> {
+    pub(crate) fn take(&mut self, options: &LoadOptions, warnings: &mut Warnings) -> Result<(), FileError> {
         let transfer = options.transfer.as_deref().map(|path| (path, options.transfer_name.as_deref()));
         self.meaning = match Meaning::read(options.labels.as_deref(), transfer, warnings)? {
             // A table of names in the file is what `auto` looks for.
-            Meaning::Quantities | Meaning::Labels(None) if own.is_some() => Meaning::Labels(own),
+            Meaning::Quantities | Meaning::Labels(None) if self.own_labels.is_some() => {
+                Meaning::Labels(self.own_labels.clone())
+            }
             meaning => meaning,
         };
         self.label = options.label;
@@ -102,7 +99,8 @@ impl VolumeInput {
         only: Option<i64>,
         warnings: &mut Warnings,
     ) -> Result<Vec<MeshFile>, FileError> {
-        let all = labels(&self.volume).map_err(|e| self.error(e))?;
+        let all = self.labels.get_or_init(|| labels(&self.volume).map_err(|e| e.to_string()));
+        let all = all.as_ref().map_err(|e| self.error(e))?;
         let entry = |label: &Label| table.and_then(|t| t.find(label.value));
         let shown = |label: &&Label| match (only, entry(label)) {
             (Some(value), _) => label.value == value,
@@ -148,10 +146,14 @@ impl VolumeInput {
         warnings: &mut Warnings,
     ) -> Result<Vec<MeshFile>, FileError> {
         let mut parts = Vec::new();
-        for surface in file.function.surfaces() {
+        let surfaces = file.function.surfaces();
+        for (k, surface) in surfaces.iter().enumerate() {
             let mut said = Warnings::new();
+            let again = self.keeps() || k + 1 < surfaces.len();
             // A surface at a value that the volume does not have is none.
-            let Ok(mut part) = self.surface(style, Some(surface.value), &mut said) else { continue };
+            let Ok(mut part) = self.surface_of(style, Some(surface.value), again, &mut said) else {
+                continue;
+            };
             let steepness = gradient_along(part.volume.as_deref().unwrap_or(&self.volume), &part);
             let opacity = surface.opacity * file.function.gradient_opacity(steepness);
             part.name = format!("{}-{}", self.name, super::volume::short(surface.value));

@@ -1,10 +1,11 @@
 //! From a volume to the surface of one of its features.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::{FeatureChoice, Keep, Style};
-use dotwork_volume::{Features, IsoOptions, Preparation, Space, Volume};
+use dotwork_io::volume::LabelTable;
+use dotwork_volume::{Features, IsoOptions, Label, Preparation, Space, Volume};
 
 use super::FileError;
 use super::input::MeshFile;
@@ -29,22 +30,77 @@ pub struct VolumeInput {
     pub meaning: Meaning,
     /// The only label that is drawn, if one was asked for.
     pub label: Option<i64>,
+    /// The table of names that its own file has.
+    pub(super) own_labels: Option<LabelTable>,
+    /// The labels in it, once they have been looked for.
+    pub(super) labels: OnceLock<Result<Vec<Label>, String>>,
+    /// What has been prepared and is kept for what is prepared alike.
+    pub(super) kept: Mutex<Vec<(Preparation, Prepared)>>,
+    pub(super) keep: bool,
+}
+
+/// A volume as it is drawn, and what was found in it.
+#[derive(Clone)]
+pub(super) struct Prepared {
+    volume: Arc<Volume>,
+    features: Arc<OnceLock<Result<Features, String>>>,
+    /// What was said when it was prepared.
+    said: Warnings,
+}
+
+impl Prepared {
+    fn features(&self) -> Result<&Features, String> {
+        let find = || dotwork_volume::find_features(&self.volume).map_err(|e| e.to_string());
+        self.features.get_or_init(find).as_ref().map_err(String::clone)
+    }
+}
+
+/// The preparation that a style asks for.
+pub(crate) fn preparation(style: &Style) -> Preparation {
+    Preparation {
+        window: style.window.0,
+        cap: style.cap,
+        smooth: Some(f64::from(style.smooth)),
+        crop: style.crop.0,
+        ..Preparation::default()
+    }
 }
 
 impl VolumeInput {
-    /// A volume that dotwork makes itself.
-    pub(crate) fn demo(name: &str, volume: Volume) -> VolumeInput {
-        let input = format!("demo:{name}");
+    /// A volume of quantities; `input` is what messages and plates call it.
+    pub fn new(name: impl Into<String>, input: impl Into<String>, volume: Volume) -> VolumeInput {
+        let input = input.into();
         VolumeInput {
             name: name.into(),
-            format: "built-in volume".into(),
+            format: String::new(),
             facts: Vec::new(),
             source: Source { file: input.clone(), ..Source::default() },
             input,
             volume,
             meaning: Meaning::Quantities,
             label: None,
+            own_labels: None,
+            labels: OnceLock::new(),
+            kept: Mutex::default(),
+            keep: false,
         }
+    }
+
+    /// A volume that dotwork makes itself.
+    pub(crate) fn demo(name: &str, volume: Volume) -> VolumeInput {
+        let format = "built-in volume".into();
+        VolumeInput { format, ..VolumeInput::new(name, format!("demo:{name}"), volume) }
+    }
+
+    /// Whether what is prepared from now on is kept, with the features found in it, for what is prepared alike: several
+    /// surfaces of one volume. What is kept takes 2 bytes a voxel until `false` is said and it is asked for once more,
+    /// for the last time.
+    pub fn keep_prepared(&mut self, keep: bool) {
+        self.keep = keep;
+    }
+
+    pub(super) fn keeps(&self) -> bool {
+        self.keep
     }
 
     pub(super) fn error(&self, reason: impl ToString) -> FileError {
@@ -56,15 +112,29 @@ impl VolumeInput {
     ///
     /// # Errors
     /// [`FileError::Volume`]: all values are the same, the window shows nothing of them.
-    pub fn prepared(&self, style: &Style, warnings: &mut Warnings) -> Result<Volume, FileError> {
-        let preparation = Preparation {
-            window: style.window.0,
-            cap: style.cap,
-            smooth: Some(f64::from(style.smooth)),
-            crop: style.crop.0,
-            ..Preparation::default()
+    pub fn prepared(&self, style: &Style, warnings: &mut Warnings) -> Result<Arc<Volume>, FileError> {
+        Ok(self.prepare(style, self.keep, warnings)?.volume)
+    }
+
+    /// As [`VolumeInput::prepared`]; kept if it is needed `again`.
+    fn prepare(&self, style: &Style, again: bool, warnings: &mut Warnings) -> Result<Prepared, FileError> {
+        let preparation = preparation(style);
+        // A list that a panic left behind holds whole entries.
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let prepared = match kept.iter().position(|(p, _)| *p == preparation) {
+            Some(k) => kept.swap_remove(k).1,
+            None => {
+                let mut said = Warnings::new();
+                let volume = dotwork_volume::prepare(&self.volume, &preparation, &|_| (), &mut said)
+                    .map_err(|e| self.error(e))?;
+                Prepared { volume: Arc::new(volume), features: Arc::default(), said }
+            }
         };
-        dotwork_volume::prepare(&self.volume, &preparation, &|_| (), warnings).map_err(|e| self.error(e))
+        if again {
+            kept.push((preparation, prepared.clone()));
+        }
+        warnings.append(prepared.said.clone());
+        Ok(prepared)
     }
 
     /// The features of the volume, prepared as `style` says.
@@ -72,7 +142,8 @@ impl VolumeInput {
     /// # Errors
     /// As [`VolumeInput::prepared`], and if the volume has no boundaries.
     pub fn features(&self, style: &Style, warnings: &mut Warnings) -> Result<Features, FileError> {
-        dotwork_volume::find_features(&self.prepared(style, warnings)?).map_err(|e| self.error(e))
+        let prepared = self.prepare(style, self.keep, warnings)?;
+        prepared.features().cloned().map_err(|e| self.error(e))
     }
 
     /// What becomes objects: a surface for each label of a segmentation, for each step of a transfer function, or the one
@@ -105,13 +176,24 @@ impl VolumeInput {
         iso: Option<f64>,
         warnings: &mut Warnings,
     ) -> Result<MeshFile, FileError> {
-        let mut prepared = self.prepared(style, warnings)?;
+        self.surface_of(style, iso, self.keep, warnings)
+    }
+
+    /// As [`VolumeInput::surface`]; what is prepared is kept if it is needed `again`.
+    pub(super) fn surface_of(
+        &self,
+        style: &Style,
+        iso: Option<f64>,
+        again: bool,
+        warnings: &mut Warnings,
+    ) -> Result<MeshFile, FileError> {
+        let prepared = self.prepare(style, again, warnings)?;
         let mut notes = Vec::new();
         let iso = match iso {
             Some(iso) => iso,
             None => {
-                let features = dotwork_volume::find_features(&prepared).map_err(|e| self.error(e))?;
-                let (name, iso) = choose(&features, style.feature).map_err(|e| self.error(e))?;
+                let features = prepared.features().map_err(|e| self.error(e))?;
+                let (name, iso) = choose(features, style.feature).map_err(|e| self.error(e))?;
                 notes.push(format!(
                     "feature {name} of {}, its surface at {}",
                     features.features.len(),
@@ -125,25 +207,34 @@ impl VolumeInput {
             Keep::All => dotwork_volume::Keep::All,
             Keep::Largest(n) => dotwork_volume::Keep::Largest(n as usize),
         };
+        let mut volume = prepared.volume;
         if keep != dotwork_volume::Keep::All {
-            let parts =
-                dotwork_volume::keep_components(&mut prepared, iso, keep).map_err(|e| self.error(e))?;
+            // Others that share it have parts of their own.
+            let (mut own, shared) = match Arc::try_unwrap(volume) {
+                Ok(own) => (own, None),
+                Err(shared) => (Volume::clone(&shared), Some(shared)),
+            };
+            let parts = dotwork_volume::keep_components(&mut own, iso, keep).map_err(|e| self.error(e))?;
             if parts.kept < parts.found {
                 notes.push(format!(
                     "{} of {} parts kept (keep=all keeps the specks)",
                     parts.kept, parts.found
                 ));
             }
+            volume = match shared {
+                Some(shared) if parts.kept == parts.found => shared,
+                _ => Arc::new(own),
+            };
         }
-        let affine = prepared.affine();
+        let affine = volume.affine();
         let world = World { space: affine.space, unit: affine.unit };
         let raw =
-            prepared.isosurface(iso, &IsoOptions { cap: style.cap }, warnings).map_err(|e| self.error(e))?;
+            volume.isosurface(iso, &IsoOptions { cap: style.cap }, warnings).map_err(|e| self.error(e))?;
         let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
         let VolumeInput { name, input, format, facts, source, .. } = self;
         let [name, input, format] = [name, input, format].map(String::clone);
         let (facts, source) = (facts.clone(), Source { iso: Some(iso), ..source.clone() });
-        let volume = Some(Arc::new(prepared));
+        let volume = Some(volume);
         Ok(MeshFile {
             name,
             input,

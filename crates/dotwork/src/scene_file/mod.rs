@@ -33,7 +33,7 @@ use std::path::PathBuf;
 use dotwork_drawing::Warnings;
 use dotwork_ink::Style;
 
-use crate::files::{FileError, LoadOptions, Loaded, MeshFile, VolumeInput, load_with};
+use crate::files::{FileError, LoadOptions, Loaded, MeshFile, VolumeInput, load_with, preparation};
 use crate::placement::Placement;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -89,26 +89,43 @@ impl SceneFile {
     ) -> Result<(Scene, Vec<String>), FileError> {
         let mut scene = Scene::default();
         let mut notes = Vec::new();
+        let styles: Vec<Style> = self
+            .objects
+            .iter()
+            .map(|object| {
+                let mut style = object.styled(base);
+                finish(&mut style);
+                style
+            })
+            .collect();
+        // Volumes that later objects are drawn of too.
         let mut volumes: Vec<(&SceneObject, VolumeInput)> = Vec::new();
-        for object in &self.objects {
+        for (k, (object, style)) in self.objects.iter().zip(&styles).enumerate() {
             let (path, line) = &object.place;
             let error = |reason: String| FileError::Scene { path: path.clone(), line: *line, reason };
-            let mut style = object.styled(base);
-            finish(&mut style);
             let mut said = Warnings::new();
-            let same = |o: &SceneObject| o.file == object.file && o.load == object.load;
-            let parts = match volumes.iter().find(|(o, _)| same(o)) {
-                Some((_, volume)) => volume.meshes(&style, object.iso, &mut said),
-                None => match load_with(&object.file, &object.load, &mut said) {
-                    Ok(Loaded::Volume(volume)) => {
-                        let meshes = volume.meshes(&style, object.iso, &mut said);
-                        volumes.push((object, *volume));
-                        meshes
-                    }
-                    Ok(loaded) => loaded.into_meshes(&style, object.iso, &mut said),
-                    Err(e) => Err(e),
-                },
+            let later =
+                || self.objects[k + 1..].iter().zip(&styles[k + 1..]).filter(|(o, _)| object.shares(o));
+            let read = match volumes.iter().position(|(o, _)| o.shares(object)) {
+                Some(at) => {
+                    let mut volume = volumes.swap_remove(at).1;
+                    volume.take(&object.load, &mut said).map(|()| Loaded::Volume(Box::new(volume)))
+                }
+                None => load_with(&object.file, &object.load, &mut said),
             };
+            let parts = read.and_then(|loaded| match loaded {
+                Loaded::Volume(mut volume) if later().next().is_some() => {
+                    volume.keep_prepared(later().any(|(_, other)| preparation(other) == preparation(style)));
+                    let meshes = volume.meshes(style, object.iso, &mut said)?;
+                    volumes.push((object, *volume));
+                    Ok(meshes)
+                }
+                Loaded::Volume(mut volume) => {
+                    volume.keep_prepared(false);
+                    volume.meshes(style, object.iso, &mut said)
+                }
+                loaded => loaded.into_meshes(style, object.iso, &mut said),
+            });
             let name = object.name.clone().unwrap_or_else(|| object.file.display().to_string());
             for part in parts.map_err(|e| error(e.to_string()))? {
                 notes.extend(part.notes.iter().map(|note| format!("{name}: {note}")));
@@ -137,6 +154,12 @@ impl SceneObject {
     /// The style that the file gives it.
     pub fn own_style(&self) -> Style {
         self.styled(None)
+    }
+
+    /// Whether `other` is drawn of the same file, read alike; what its values mean may differ.
+    fn shares(&self, other: &SceneObject) -> bool {
+        let read = |o: &SceneObject| (o.file.clone(), o.load.raw.clone(), o.load.series.clone());
+        read(self) == read(other)
     }
 
     /// Its keys over `base`, or over the style that the file gives it.
