@@ -21,7 +21,7 @@ pub fn run(args: &BakeArgs, report: &mut Report) -> Result<(), Failure> {
     output::check(&args.output, &args.inputs)?;
 
     let mut scene = scene::open(&args.inputs, &args.output, &options, report)?;
-    report.progress("baking", |progress| scene.bake(progress));
+    report.progress("stipples", |progress| scene.bake(progress));
     let bytes = encode_dots(&scene);
     output::write(&args.output, |w| w.write_all(&bytes))?;
 

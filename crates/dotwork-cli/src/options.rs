@@ -120,6 +120,7 @@ impl InputArgs {
             label: None,
             transfer,
             transfer_name,
+            ..LoadOptions::default()
         }
     }
 }

@@ -24,7 +24,7 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     if args.plot {
         take_pens(&mut scene, report)?;
     }
-    report.progress("baking", |progress| scene.bake(progress));
+    report.progress("stipples", |progress| scene.bake(progress));
     let mut artist = Artist::new();
     let drawn = artist.draw(&scene);
     let lacking = artist.exhausted(&scene);

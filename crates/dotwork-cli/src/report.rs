@@ -4,9 +4,10 @@ use std::collections::HashSet;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use dotwork::{FileError, Warnings};
+use dotwork::{FileError, Warnings, Watch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Work shorter than this shows no progress.
@@ -70,12 +71,14 @@ pub struct Report {
     quiet: bool,
     terminal: bool,
     said: HashSet<String>,
+    bar: Bar,
 }
 
 impl Report {
     /// A report to standard error; `quiet` leaves out everything but errors.
     pub fn new(quiet: bool) -> Report {
-        Report { quiet, terminal: io::stderr().is_terminal(), said: HashSet::new() }
+        let terminal = io::stderr().is_terminal();
+        Report { quiet, terminal, said: HashSet::new(), bar: Bar::new(!quiet && terminal) }
     }
 
     /// Prints warnings about an input.
@@ -91,46 +94,135 @@ impl Report {
     /// Prints a warning, unless it has been printed before.
     pub fn warning(&mut self, text: &str) {
         if !self.quiet && self.said.insert(text.to_string()) {
+            self.bar.wipe();
             line(&format!("warning: {text}"));
         }
     }
 
     /// Prints a result on standard output.
     pub fn say(&self, text: &str) -> Result<(), Failure> {
+        self.bar.wipe();
         if self.quiet { Ok(()) } else { print(&format!("{text}\n")) }
     }
 
     /// Prints a last line about what was done, for a person at a terminal.
     pub fn summary(&self, text: &str) {
         if !self.quiet && self.terminal {
+            self.bar.wipe();
             line(text);
         }
     }
 
     /// Runs `work`, which calls back with a share 0…1; shows a bar on a terminal once it has taken a second.
     pub fn progress<T>(&self, what: &'static str, work: impl FnOnce(&mut dyn FnMut(f32)) -> T) -> T {
-        let start = Instant::now();
-        let mut bar: Option<ProgressBar> = None;
-        let result = work(&mut |share| {
-            if self.quiet || !self.terminal || start.elapsed() < PATIENCE {
-                return;
-            }
-            let bar = bar.get_or_insert_with(|| new_bar(what));
-            bar.set_position((1000.0 * share) as u64);
-        });
-        if let Some(bar) = bar {
-            bar.finish_and_clear();
-        }
+        self.bar.show(what, 0.0);
+        let result = work(&mut |share| self.bar.show(what, share));
+        self.bar.rest();
         result
+    }
+
+    /// Shows how far reading is as [`Report::progress`] does, until [`Report::rest`].
+    pub fn watch(&self) -> Watch {
+        let bar = self.bar.clone();
+        Watch::new(move |stage, share| bar.show(stage.name(), share))
+    }
+
+    /// Nothing takes time any more.
+    pub fn rest(&self) {
+        self.bar.rest();
     }
 }
 
-fn new_bar(what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %") {
-        bar.set_style(style.progress_chars("=> "));
+/// An error is told where no bar stands.
+impl Drop for Report {
+    fn drop(&mut self) {
+        self.bar.rest();
     }
-    bar.with_message(what)
+}
+
+/// How often a bar looks whether the time has come to be shown.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A bar on standard error that shows itself once work has taken a second, whether or not the work calls back.
+#[derive(Clone)]
+struct Bar(Option<Arc<Mutex<Work>>>);
+
+/// What is at work.
+struct Work {
+    /// Since when; `None`: nothing is.
+    since: Option<Instant>,
+    /// The stage and the share of it that is done; 0 where that is not known.
+    at: (&'static str, f32),
+    shown: Option<ProgressBar>,
+}
+
+impl Bar {
+    /// A bar, or none.
+    fn new(wanted: bool) -> Bar {
+        Bar(wanted.then(|| {
+            let work = Arc::new(Mutex::new(Work { since: None, at: ("", 0.0), shown: None }));
+            let watched = Arc::downgrade(&work);
+            // A file is read in one go, without a word.
+            std::thread::spawn(move || {
+                while let Some(work) = watched.upgrade() {
+                    lock(&work).update();
+                    drop(work);
+                    std::thread::sleep(LOOK);
+                }
+            });
+            work
+        }))
+    }
+
+    fn show(&self, stage: &'static str, share: f32) {
+        if let Some(mut work) = self.0.as_deref().map(lock) {
+            work.since.get_or_insert_with(Instant::now);
+            work.at = (stage, share);
+            // What has just begun is shown by the thread: most stages are over in no time.
+            if work.shown.is_some() && share > 0.0 {
+                work.update();
+            }
+        }
+    }
+
+    /// Makes room for a line.
+    fn wipe(&self) {
+        if let Some(bar) = self.0.as_deref().and_then(|work| lock(work).shown.take()) {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn rest(&self) {
+        self.wipe();
+        if let Some(mut work) = self.0.as_deref().map(lock) {
+            work.since = None;
+        }
+    }
+}
+
+impl Work {
+    fn update(&mut self) {
+        if self.since.is_none_or(|since| since.elapsed() < PATIENCE) {
+            return;
+        }
+        let (stage, share) = self.at;
+        let bar = self
+            .shown
+            .get_or_insert_with(|| ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr()));
+        if bar.message() != stage || (bar.position() == 0) != (share <= 0.0) {
+            let template = if share > 0.0 { "{msg:9} [{bar:40}] {percent:>3} %" } else { "{msg:9} …" };
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style.progress_chars("=> "));
+            }
+            bar.set_message(stage);
+        }
+        bar.set_position((1000.0 * share).ceil() as u64);
+    }
+}
+
+/// A state that a panic left behind is still one to show.
+fn lock(work: &Mutex<Work>) -> MutexGuard<'_, Work> {
+    work.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Prints text on standard output. A reader that has gone is no error.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dotwork::{Loaded, Object, Plate, Scene, Style, Warnings, load_with};
+use dotwork::{LoadOptions, Loaded, Object, Plate, Scene, Style, Warnings, load_with};
 
 use crate::options::Options;
 use crate::output;
@@ -18,9 +18,10 @@ pub fn open(
 ) -> Result<Scene, Failure> {
     let mut scene = Scene::default();
     let mut seed = None;
+    let load = LoadOptions { watch: report.watch(), ..options.load().clone() };
     for input in inputs {
         let mut warnings = Warnings::new();
-        match load_with(input, options.load(), &mut warnings)? {
+        match load_with(input, &load, &mut warnings)? {
             Loaded::Plate(plate) if inputs.len() == 1 => {
                 // What it was drawn from is an input too.
                 output::keep(&plate.inputs(), output)?;
@@ -82,6 +83,7 @@ pub fn open(
         }
         report.warn(Some(input), &warnings);
     }
+    report.rest();
     options.apply(&mut scene)?;
     Ok(scene)
 }
@@ -111,7 +113,7 @@ fn redraw(
         == (drawn.camera, drawn.light, drawn.page, drawn.seed, drawn.stipples)
         && scene.objects.iter().zip(&drawn.objects).all(|(a, b)| a.style == b.style);
     if same {
-        report.progress("baking", |progress| scene.bake_counts(&counts, progress));
+        report.progress("stipples", |progress| scene.bake_counts(&counts, progress));
     }
     Ok(scene)
 }

@@ -2,9 +2,11 @@
 #![cfg(feature = "files")]
 
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 use dotwork::{
-    Artist, FileError, Loaded, Scene, Stipples, Style, Warnings, load, read_scene_file, settings_text,
+    Artist, FileError, LoadOptions, Loaded, Scene, Stage, Stipples, Style, Warnings, Watch, load, load_with,
+    read_scene_file, settings_text,
 };
 use glam::Vec3;
 
@@ -118,14 +120,44 @@ fn objects_that_share_a_volume_are_what_each_is_alone() {
     ];
     let shared = scene(&keys.map(&object).concat());
     let volume = |k: usize| shared.objects[k].volume.as_ref().unwrap();
-    assert!(std::sync::Arc::ptr_eq(volume(0), volume(2)), "prepared twice");
-    assert!(!std::sync::Arc::ptr_eq(volume(0), volume(3)));
+    assert!(Arc::ptr_eq(volume(0), volume(2)), "prepared twice");
+    assert!(!Arc::ptr_eq(volume(0), volume(3)));
     for (k, keys) in keys.iter().enumerate() {
         let alone = scene(&object(keys));
         let (a, b) = (&shared.objects[k], &alone.objects[0]);
         assert_eq!((&a.mesh.positions, &a.mesh.triangles), (&b.mesh.positions, &b.mesh.triangles), "{keys}");
         assert!(a.volume == b.volume && a.source == b.source && a.style == b.style, "{keys}");
     }
+}
+
+#[test]
+fn reading_tells_its_stages() {
+    let folder = tempfile::tempdir().unwrap();
+    let objects = "[[object]]\nfile = 'demo:shells'\n[[object]]\nfile = 'demo:shells'\nfeature = 'dense'\n";
+    let path = write(folder.path(), "scene.toml", objects);
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let watch = {
+        let told = told.clone();
+        Watch::new(move |stage, share| told.lock().unwrap().push((stage, share)))
+    };
+    let options = LoadOptions { watch, ..LoadOptions::default() };
+    let Loaded::SceneFile(file) = load_with(&path, &options, &mut Warnings::new()).unwrap() else {
+        panic!("a scene file")
+    };
+    let (scene, _) = file.scene(None, &|_| (), &mut Warnings::new()).unwrap();
+    assert_eq!(scene.objects.len(), 2);
+    let told = told.lock().unwrap().clone();
+    let mut stages: Vec<Stage> = told.iter().map(|(stage, _)| *stage).collect();
+    stages.dedup();
+    // The scene file, its volume once, and a surface for each object.
+    assert_eq!(stages, [Stage::Reading, Stage::Preparing, Stage::Surface]);
+    let shares = |of: Stage| -> Vec<f32> {
+        told.iter().filter(|(stage, _)| *stage == of).map(|(_, share)| *share).collect()
+    };
+    assert_eq!((shares(Stage::Reading), shares(Stage::Surface)), (vec![0.0; 2], vec![0.0; 2]));
+    let preparing = shares(Stage::Preparing);
+    assert!(preparing.windows(2).all(|w| w[0] <= w[1]), "{preparing:?}");
+    assert!(preparing.len() > 2 && preparing[0] == 0.0 && preparing.last() == Some(&1.0), "{preparing:?}");
 }
 
 #[test]

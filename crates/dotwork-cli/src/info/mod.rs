@@ -32,8 +32,12 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
         output::check(sheet, std::slice::from_ref(&args.input))?;
     }
     let mut warnings = Warnings::new();
-    let options =
-        LoadOptions { raw: args.raw.clone(), series: args.series.clone(), ..LoadOptions::default() };
+    let options = LoadOptions {
+        raw: args.raw.clone(),
+        series: args.series.clone(),
+        watch: report.watch(),
+        ..LoadOptions::default()
+    };
     let (words, mut value) = match load_with(&args.input, &options, &mut warnings)? {
         Loaded::Mesh(_) | Loaded::Scene { .. } | Loaded::Plate(_) | Loaded::SceneFile(_)
             if args.sheet.is_some() =>
@@ -74,6 +78,7 @@ pub fn run(args: &InfoArgs, report: &mut Report) -> Result<(), Failure> {
         Loaded::Plate(plate) => describe_plate(&args.input, &plate),
         Loaded::SceneFile(file) => describe_scene_file(&args.input, &file)?,
     };
+    report.rest();
     value["warnings"] = warnings.iter().map(|w| json!(w.to_string())).collect();
     if args.json {
         return report::print(&format!("{value:#}\n"));

@@ -17,6 +17,7 @@ use super::FileError;
 use super::parts::Look;
 use super::plate::Plate;
 use super::volume::VolumeInput;
+use super::watch::{Stage, Watch};
 use crate::dots_file::read_scene;
 use crate::placement::Placement;
 use crate::scene::{Object, Scene, Source, World};
@@ -121,6 +122,8 @@ pub struct LoadOptions {
     pub transfer: Option<PathBuf>,
     /// Which of several transfer functions in that file, by its name.
     pub transfer_name: Option<String>,
+    /// Is told how far reading is, and then how far what is made of what was read.
+    pub watch: Watch,
 }
 
 impl LoadOptions {
@@ -151,6 +154,7 @@ pub fn load_with(
 ) -> Result<Loaded, FileError> {
     let path = input.as_ref();
     let input = path.to_string_lossy().into_owned();
+    options.watch.tell(Stage::Reading, 0.0);
     if let Some(name) = input.strip_prefix("demo:") {
         return match phantom(name) {
             Some(volume) => {
@@ -172,9 +176,11 @@ pub fn load_with(
         return Ok(Loaded::Scene { input, scene: Box::new(scene) });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        return Ok(Loaded::SceneFile(Box::new(read_scene_file(path)?)));
+        let file = SceneFile { watch: options.watch.clone(), ..read_scene_file(path)? };
+        return Ok(Loaded::SceneFile(Box::new(file)));
     }
-    if let Some(plate) = Plate::of_bytes(path, &bytes)? {
+    if let Some(mut plate) = Plate::of_bytes(path, &bytes)? {
+        plate.watch = options.watch.clone();
         return Ok(Loaded::Plate(Box::new(plate)));
     }
     if volume_format_of(path, &bytes).is_some() {

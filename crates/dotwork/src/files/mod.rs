@@ -6,6 +6,7 @@ mod output;
 mod parts;
 mod plate;
 mod volume;
+mod watch;
 
 use std::path::PathBuf;
 
@@ -22,6 +23,7 @@ pub use parts::{Look, Meaning};
 pub use plate::Plate;
 pub use volume::VolumeInput;
 pub(crate) use volume::preparation;
+pub use watch::{Stage, Watch};
 
 /// Why a file was not read or written. Displays as one line, `FILE: place: reason`.
 #[derive(Debug, thiserror::Error)]

@@ -12,6 +12,7 @@ use dotwork_volume::{Label, LabelOptions, Space, Volume, labels};
 use super::FileError;
 use super::input::{LoadOptions, MeshFile};
 use super::volume::VolumeInput;
+use super::watch::Stage;
 use crate::scene::{Source, World};
 
 /// Ink lighter than this luminance is darkened to it: a table's colours are meant for surfaces, not for dots on paper.
@@ -86,6 +87,7 @@ impl VolumeInput {
             meaning => meaning,
         };
         self.label = options.label;
+        self.watch = options.watch.clone();
         Ok(())
     }
 
@@ -99,6 +101,7 @@ impl VolumeInput {
         only: Option<i64>,
         warnings: &mut Warnings,
     ) -> Result<Vec<MeshFile>, FileError> {
+        self.watch.tell(Stage::Surface, 0.0);
         let all = self.labels.get_or_init(|| labels(&self.volume).map_err(|e| e.to_string()));
         let all = all.as_ref().map_err(|e| self.error(e))?;
         let entry = |label: &Label| table.and_then(|t| t.find(label.value));
@@ -116,7 +119,8 @@ impl VolumeInput {
             return Err(self.error(format!("{what}; its labels are {}", values.join(", "))));
         }
         let mut parts = Vec::new();
-        for label in shown {
+        for (k, &label) in shown.iter().enumerate() {
+            self.watch.tell(Stage::Surface, k as f32 / shown.len() as f32);
             let entry = entry(label);
             let options = LabelOptions::default();
             let raw = match self.volume.label_surface(std::slice::from_ref(label), &options) {

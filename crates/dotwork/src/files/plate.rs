@@ -6,6 +6,7 @@ use dotwork_drawing::Warnings;
 use dotwork_io::volume::RawLayout;
 
 use super::input::{LoadOptions, load_with};
+use super::watch::Watch;
 use super::{FileError, one_line};
 use crate::dots_file::{Described, read_settings};
 use crate::scene::{Scene, Source};
@@ -16,6 +17,8 @@ pub struct Plate {
     scene: Scene,
     objects: Vec<Described>,
     version: String,
+    /// Is told how far reading its inputs is.
+    pub(super) watch: Watch,
 }
 
 impl Plate {
@@ -38,7 +41,7 @@ impl Plate {
         };
         let (scene, objects, version) =
             read_settings(&settings, bytes.len()).map_err(|e| error(format!("its {e}")))?;
-        Ok(Some(Plate { path: path.to_path_buf(), scene, objects, version }))
+        Ok(Some(Plate { path: path.to_path_buf(), scene, objects, version, watch: Watch::default() }))
     }
 
     /// The picture's file.
@@ -83,7 +86,7 @@ impl Plate {
     /// # Errors
     /// [`FileError::Plate`]: an input is gone, or has changed; and what reading it gives.
     pub fn unbaked(self, warnings: &mut Warnings) -> Result<(Scene, Vec<usize>), FileError> {
-        let Plate { path, mut scene, objects, version } = self;
+        let Plate { path, mut scene, objects, version, watch } = self;
         if version != env!("CARGO_PKG_VERSION") {
             warnings.say(format!(
                 "was drawn by dotwork {}; this is {}, which may draw it otherwise",
@@ -116,6 +119,7 @@ impl Plate {
                 raw,
                 series: source.series.clone(),
                 label: source.label,
+                watch: watch.clone(),
                 ..LoadOptions::default()
             };
             let parts = load_with(&found, &options, &mut said)?.into_meshes(&style, source.iso, &mut said)?;

@@ -10,6 +10,7 @@ use dotwork_volume::{Features, IsoOptions, Label, Preparation, Space, Volume};
 use super::FileError;
 use super::input::MeshFile;
 use super::parts::{Look, Meaning};
+use super::watch::{Stage, Watch};
 use crate::scene::{Source, World};
 
 /// A volume as its file gives it.
@@ -37,6 +38,8 @@ pub struct VolumeInput {
     /// What has been prepared and is kept for what is prepared alike.
     pub(super) kept: Mutex<Vec<(Preparation, Prepared)>>,
     pub(super) keep: bool,
+    /// Is told how far its preparation is.
+    pub(super) watch: Watch,
 }
 
 /// A volume as it is drawn, and what was found in it.
@@ -83,6 +86,7 @@ impl VolumeInput {
             labels: OnceLock::new(),
             kept: Mutex::default(),
             keep: false,
+            watch: Watch::default(),
         }
     }
 
@@ -125,7 +129,9 @@ impl VolumeInput {
             Some(k) => kept.swap_remove(k).1,
             None => {
                 let mut said = Warnings::new();
-                let volume = dotwork_volume::prepare(&self.volume, &preparation, &|_| (), &mut said)
+                self.watch.tell(Stage::Preparing, 0.0);
+                let watch = |share| self.watch.tell(Stage::Preparing, share);
+                let volume = dotwork_volume::prepare(&self.volume, &preparation, &watch, &mut said)
                     .map_err(|e| self.error(e))?;
                 Prepared { volume: Arc::new(volume), features: Arc::default(), said }
             }
@@ -143,6 +149,7 @@ impl VolumeInput {
     /// As [`VolumeInput::prepared`], and if the volume has no boundaries.
     pub fn features(&self, style: &Style, warnings: &mut Warnings) -> Result<Features, FileError> {
         let prepared = self.prepare(style, self.keep, warnings)?;
+        self.watch.tell(Stage::Surface, 0.0);
         prepared.features().cloned().map_err(|e| self.error(e))
     }
 
@@ -188,6 +195,7 @@ impl VolumeInput {
         warnings: &mut Warnings,
     ) -> Result<MeshFile, FileError> {
         let prepared = self.prepare(style, again, warnings)?;
+        self.watch.tell(Stage::Surface, 0.0);
         let mut notes = Vec::new();
         let iso = match iso {
             Some(iso) => iso,

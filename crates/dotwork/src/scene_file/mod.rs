@@ -33,7 +33,7 @@ use std::path::PathBuf;
 use dotwork_drawing::Warnings;
 use dotwork_ink::Style;
 
-use crate::files::{FileError, LoadOptions, Loaded, MeshFile, VolumeInput, load_with, preparation};
+use crate::files::{FileError, LoadOptions, Loaded, MeshFile, VolumeInput, Watch, load_with, preparation};
 use crate::placement::Placement;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -49,6 +49,8 @@ pub struct SceneFile {
     pub objects: Vec<SceneObject>,
     /// Camera, light, page and the like.
     pub settings: Settings,
+    /// Is told how far reading the objects' files is.
+    pub watch: Watch,
 }
 
 /// An object as a scene file describes it.
@@ -109,9 +111,9 @@ impl SceneFile {
             let read = match volumes.iter().position(|(o, _)| o.shares(object)) {
                 Some(at) => {
                     let mut volume = volumes.swap_remove(at).1;
-                    volume.take(&object.load, &mut said).map(|()| Loaded::Volume(Box::new(volume)))
+                    volume.take(&self.watched(object), &mut said).map(|()| Loaded::Volume(Box::new(volume)))
                 }
-                None => load_with(&object.file, &object.load, &mut said),
+                None => load_with(&object.file, &self.watched(object), &mut said),
             };
             let parts = read.and_then(|loaded| match loaded {
                 Loaded::Volume(mut volume) if later().next().is_some() => {
@@ -141,6 +143,11 @@ impl SceneFile {
             reason: e.to_string(),
         })?;
         Ok((scene, notes))
+    }
+
+    /// How an object's file is read, and who is told.
+    fn watched(&self, object: &SceneObject) -> LoadOptions {
+        LoadOptions { watch: self.watch.clone(), ..object.load.clone() }
     }
 
     /// The files that the scene is made of.

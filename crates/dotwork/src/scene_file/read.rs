@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{SceneFile, SceneObject};
-use crate::files::{FileError, LoadOptions};
+use crate::files::{FileError, LoadOptions, Watch};
 use crate::placement::Placement;
 use crate::scene::Stipples;
 use crate::settings::Settings;
@@ -29,8 +29,12 @@ const MOST_OBJECTS: usize = 1 << 15;
 /// be understood; what [`read_style`] says of a style file that it names.
 pub fn read_scene_file(path: impl AsRef<Path>) -> Result<SceneFile, FileError> {
     let path = path.as_ref();
-    let mut scene =
-        SceneFile { path: path.to_path_buf(), objects: Vec::new(), settings: Settings::default() };
+    let mut scene = SceneFile {
+        path: path.to_path_buf(),
+        objects: Vec::new(),
+        settings: Settings::default(),
+        watch: Watch::default(),
+    };
     let mut chain = Vec::new();
     read_into(path, &mut scene, &mut None, &mut chain)?;
     if scene.objects.is_empty() {
