@@ -6,7 +6,8 @@
 
 use dotwork_ink::lines::{Lattice, VoxelCurves};
 use dotwork_ink::{Style, Vectors};
-use dotwork_volume::{LaplacianOfGaussian, Regression, RegressionRow, Volume};
+use dotwork_mesh::ClipRegion;
+use dotwork_volume::{Affine, LaplacianOfGaussian, Regression, RegressionRow, Volume};
 use glam::DVec3;
 
 /// Standard deviation of the Gaussian whose Laplacian is taken, in mean edges of a voxel.
@@ -20,12 +21,25 @@ pub(crate) const MAX_CURVE_VOXELS: usize = 1 << 22;
 
 /// The voxels that satisfy the criteria of `style` from any side; none for a volume without gradients, or of more than
 /// 2³² voxels. Coordinates are relative to `origin`. Of too many, those with the strongest gradients.
-pub(crate) fn bake(volume: &Volume, origin: [f64; 3], style: &Style) -> VoxelCurves {
-    bake_some(volume, origin, style, [MAX_CURVE_VOXELS, AT_A_TIME])
+///
+/// Those whose centres `removed` (world units) takes away are none.
+pub(crate) fn bake(
+    volume: &Volume,
+    origin: [f64; 3],
+    style: &Style,
+    removed: Option<&ClipRegion>,
+) -> VoxelCurves {
+    bake_some(volume, origin, style, removed, [MAX_CURVE_VOXELS, AT_A_TIME])
 }
 
 /// At most so many voxels are kept, of layers of so many.
-fn bake_some(volume: &Volume, origin: [f64; 3], style: &Style, limits: [usize; 2]) -> VoxelCurves {
+fn bake_some(
+    volume: &Volume,
+    origin: [f64; 3],
+    style: &Style,
+    removed: Option<&ClipRegion>,
+    limits: [usize; 2],
+) -> VoxelCurves {
     let affine = volume.affine();
     let lattice = Lattice {
         dims: volume.dims().map(|d| u32::try_from(d).unwrap_or(u32::MAX)),
@@ -39,7 +53,8 @@ fn bake_some(volume: &Volume, origin: [f64; 3], style: &Style, limits: [usize; 2
     else {
         return none;
     };
-    let search = Search { laplacian, regression, most_bent: 0.0, longest: 0.0, t_log: style.t_log };
+    let removed = removed.map(|region| (affine, region));
+    let search = Search { laplacian, regression, most_bent: 0.0, longest: 0.0, t_log: style.t_log, removed };
     search.measured(volume).map_or(none.clone(), |search| search.collect(volume.dims(), none, limits))
 }
 
@@ -52,6 +67,8 @@ struct Search<'a> {
     /// Length of the strongest gradient.
     longest: f32,
     t_log: f32,
+    /// Where voxels lie, and what is clipped away of them.
+    removed: Option<(&'a Affine, &'a ClipRegion)>,
 }
 
 /// The voxels of a layer.
@@ -109,7 +126,7 @@ impl Search<'_> {
                     below(z).and_then(|z| at(y, z)),
                     at(y, z + 1),
                 ];
-                self.row(layer, &row, here, beside, nx * (y + ny * row.z), least);
+                self.row(layer, &row, here, beside, [nx, ny], least);
             });
             for layer in layers {
                 all.voxel.extend_from_slice(&layer.voxel);
@@ -134,12 +151,18 @@ impl Search<'_> {
         row: &RegressionRow<'_>,
         here: &[f32],
         beside: [Option<&[f32]>; 4],
-        first: usize,
+        [nx, ny]: [usize; 2],
         least: f32,
     ) {
         let Layer { voxel, gradient, magnitude, laplacian, lengths } = layer;
         self.regression.magnitudes(row, lengths);
         let share = 1.0 / self.longest;
+        let first = nx * (row.y + ny * row.z);
+        let removed = |x: usize| {
+            self.removed.is_some_and(|(affine, region)| {
+                region.removes(affine.point([x as f64, row.y as f64, row.z as f64]))
+            })
+        };
         for (x, &length) in lengths.iter().enumerate() {
             // Not so for NaN, which is no place of an edge.
             let kept = length * share > least && here[x].is_finite();
@@ -152,7 +175,7 @@ impl Search<'_> {
                 || here.get(x + 1).is_some_and(|&other| changes(other))
                 || beside.iter().flatten().any(|other| changes(other[x]));
             let bent = if crossed { 0.0 } else { (v.abs() / self.most_bent).min(1.0) };
-            if bent <= self.t_log {
+            if bent <= self.t_log && !removed(x) {
                 voxel.push((first + x) as u32);
                 gradient.push(row.gradient.map(|g| g[x]));
                 magnitude.push((length * share).min(1.0));
@@ -241,7 +264,8 @@ mod tests {
                 .collect();
             // Shares are taken by multiplication there: a voxel right on a limit may differ, and none does here.
             for at_a_time in [1, 5 * N * N, AT_A_TIME] {
-                let curves = bake_some(&volume, [0.0; 3], &style(t_log, t_grad), [usize::MAX, at_a_time]);
+                let curves =
+                    bake_some(&volume, [0.0; 3], &style(t_log, t_grad), None, [usize::MAX, at_a_time]);
                 assert_eq!(curves.voxel, expected, "{t_log} {t_grad}");
             }
             assert!(expected.len() > 300, "{}", expected.len());
@@ -251,7 +275,7 @@ mod tests {
     #[test]
     fn places_and_normals_are_those_of_the_ball() {
         let origin = [3.0, -2.0, 1.0];
-        let curves = bake(&ball(), origin, &style(0.0, 0.3));
+        let curves = bake(&ball(), origin, &style(0.0, 0.3), None);
         let center = Vec3::new(11.3 - 3.0, 12.1 + 2.0, 11.7 - 1.0);
         for i in 0..curves.len() {
             let from = curves.position.at(i) - center;
@@ -265,10 +289,10 @@ mod tests {
     #[test]
     fn of_too_many_the_strongest_stay() {
         let (volume, style) = (ball(), style(1.0, 0.0));
-        let all = bake(&volume, [0.0; 3], &style);
+        let all = bake(&volume, [0.0; 3], &style, None);
         assert_eq!(all.least, 0.0);
         for at_a_time in [1, AT_A_TIME] {
-            let some = bake_some(&volume, [0.0; 3], &style, [all.len() / 3, at_a_time]);
+            let some = bake_some(&volume, [0.0; 3], &style, None, [all.len() / 3, at_a_time]);
             assert!(some.least > 0.0 && some.len() <= all.len() / 3 && some.len() > all.len() / 20);
             let strong = |&i: &usize| all.magnitude[i] > some.least;
             let expected: Vec<u32> = (0..all.len()).filter(strong).map(|i| all.voxel[i]).collect();
@@ -281,7 +305,7 @@ mod tests {
     fn a_flat_volume_has_no_curves() {
         for value in [7.0, f32::NAN] {
             let flat = Volume::from_vec([4; 3], [1.0; 3], vec![value; 64]).unwrap();
-            assert!(bake(&flat, [0.0; 3], &style(1.0, 0.0)).is_empty());
+            assert!(bake(&flat, [0.0; 3], &style(1.0, 0.0), None).is_empty());
         }
     }
 }

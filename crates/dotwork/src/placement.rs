@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use dotwork_mesh::RawMesh;
+use dotwork_mesh::{ClipPlane, ClipRegion, RawMesh};
 use glam::{DMat3, DQuat, DVec3, EulerRot, Mat3, Vec3};
 
 /// A similarity: `world = rotate · (scale · own) + translate`.
@@ -34,6 +34,18 @@ impl Placement {
         // Extrinsic x, y, z is intrinsic z, y, x.
         let turn = DMat3::from_quat(DQuat::from_euler(EulerRot::ZYX, z, y, x));
         (turn * self.scale, DVec3::from_array(self.translate))
+    }
+
+    /// Puts what half-spaces have in common in its place; `None` if it lies too far away to be told.
+    pub(crate) fn region(&self, region: &ClipRegion) -> Option<ClipRegion> {
+        let (linear, shift) = self.parts();
+        let normals = linear.inverse().transpose();
+        let plane = |plane: &ClipPlane| {
+            let normal = normals * plane.normal;
+            ClipPlane::new(normal, plane.offset + normal.dot(shift)).ok()
+        };
+        let planes: Option<Vec<ClipPlane>> = region.planes().iter().map(plane).collect();
+        ClipRegion::common(&planes?).ok()
     }
 
     /// Puts a mesh in its place.
@@ -105,6 +117,19 @@ mod tests {
         assert!(close(raw.normals[1], [0.0, 0.0, 1.0]), "{:?}", raw.normals);
         assert!(DVec3::from_array(raw.origin).distance(DVec3::new(0.0, 20.0, 5.0)) < 1e-9);
         assert_eq!(placement.to_string().parse(), Ok(placement));
+        // What is cut away of it goes with it: x becomes y, y becomes z, z becomes x.
+        let region = ClipRegion::parse("x>0.5;z<0.25", [DVec3::ZERO, DVec3::splat(4.0)]).unwrap();
+        let placed = placement.region(&region).unwrap();
+        for (own, world) in [
+            ([3.0, 0.5, 0.5], [1.0, 6.0, 6.0]),
+            ([1.0, 0.5, 0.5], [1.0, 2.0, 6.0]),
+            ([3.0, 0.5, 1.5], [3.0, 6.0, 6.0]),
+        ] {
+            let [own, world] = [own, world].map(DVec3::from_array);
+            let (linear, shift) = placement.parts();
+            assert!((linear * own + shift).distance(world) < 1e-9);
+            assert_eq!(placed.removes(world), region.removes(own), "{own}");
+        }
         for bad in [
             "",
             "scale 0 rotate 0,0,0 translate 0,0,0",

@@ -9,7 +9,7 @@ use dotwork_ink::bake::{reference_scale, voxel};
 use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
 use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
-use dotwork_mesh::{Bounds, Mesh, MeshError, MeshOptions, RawMesh};
+use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, RawMesh};
 use dotwork_volume::{Space, Unit, Volume};
 use glam::{DVec3, Vec3};
 
@@ -110,6 +110,9 @@ pub struct Object {
     pub mesh: Arc<Mesh>,
     /// The prepared volume that its surface was found in.
     pub volume: Option<Arc<Volume>>,
+    /// Lowest and highest corner of its surface before it was clipped and placed, if it is that of a volume: what the
+    /// shares in the style's `clip` count in.
+    pub whole: Option<[DVec3; 2]>,
     /// How it is drawn.
     pub style: Style,
     /// Its stipples; `None` until baked.
@@ -139,6 +142,7 @@ impl Object {
             world: World::default(),
             mesh,
             volume: None,
+            whole: None,
             style,
             stock: None,
             curves: None,
@@ -148,9 +152,10 @@ impl Object {
     /// Draws this object in another style from now on.
     ///
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
-    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`), so that the
-    /// next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
-    /// So are the voxels of its curves by a larger `t_log` or a smaller `t_grad`; they stay with any other `t_eye`.
+    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`, `clip`),
+    /// so that the next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
+    /// So are the voxels of its curves by a larger `t_log`, a smaller `t_grad` or another `clip`; they stay with any other
+    /// `t_eye`.
     ///
     /// # Errors
     /// As [`Object::new`], for a mesh that did not come from there.
@@ -180,16 +185,26 @@ impl Object {
             });
             self.mesh = Arc::new(mesh);
         }
+        let clip_changes = style.clip != self.style.clip;
         let bake_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min, s.factors);
         let by_voxels = |s: &Style| self.volume.is_some() && s.bake == BakeMethod::Voxel;
-        if bake_of(&style) != bake_of(&self.style) && (by_voxels(&style) || by_voxels(&self.style)) {
+        if (clip_changes || bake_of(&style) != bake_of(&self.style))
+            && (by_voxels(&style) || by_voxels(&self.style))
+        {
             self.stock = None;
         }
         self.style = style;
-        if self.wants_curves() {
+        if self.wants_curves() || clip_changes && self.volume.is_some() {
             self.curves = None;
         }
         Ok(())
+    }
+
+    /// What its style clips away of its volume, world units.
+    fn removed(&self) -> Option<ClipRegion> {
+        let region = ClipRegion::parse(&self.style.clip.0, self.whole?).ok()?;
+        let placement = self.source.as_ref().map(|source| source.placement).unwrap_or_default();
+        placement.region(&region)
     }
 
     /// Whether its style draws the curves of its volume.
@@ -246,7 +261,9 @@ impl Object {
     fn bake(&mut self, count: usize, seed: u32, (view, page): (&View, &Page), progress: &mut dyn FnMut(f32)) {
         if let Some(volume) = self.volume.as_ref().filter(|_| self.by_voxels()) {
             let iso = self.source.as_ref().and_then(|source| source.iso);
-            let ask = voxels::Ask { origin: self.mesh.origin, iso, style: &self.style, view, page, seed };
+            let removed = self.removed();
+            let ask =
+                voxels::Ask { origin: self.mesh.origin, iso, removed, style: &self.style, view, page, seed };
             if let Some(stock) = voxels::bake(volume, &ask, progress) {
                 self.stock = Some(Arc::new(stock));
                 return;
@@ -389,7 +406,8 @@ impl Scene {
     fn bake_curves(&mut self) {
         for object in &mut self.objects {
             if let Some(volume) = object.volume.as_ref().filter(|_| object.wants_curves()) {
-                let curves = curves::bake(volume, object.mesh.origin, &object.style);
+                let removed = object.removed();
+                let curves = curves::bake(volume, object.mesh.origin, &object.style, removed.as_ref());
                 object.curves = Some(Arc::new(curves));
             }
         }
@@ -444,8 +462,6 @@ impl Scene {
             if object.style.bake != BakeMethod::Voxel {
                 warnings
                     .say(format!("{name}: its stipples are those of voxels, from a file without the volume"));
-            } else if !object.style.clip.0.is_empty() {
-                warnings.say(format!("{name}: bake=voxel draws what is clipped too"));
             }
             if elements.n_max < elements.wanted {
                 warnings.say(format!(
@@ -483,9 +499,6 @@ fn curve_warnings(Object { name, curves, style, .. }: &Object, warnings: &mut Wa
             "{name}: its curves have t_log up to {} and t_grad from {}, from a file without the volume",
             curves.t_log, curves.t_grad
         ));
-    }
-    if !style.clip.0.is_empty() {
-        warnings.say(format!("{name}: curves=true draws what is clipped too"));
     }
     if curves.least > curves.t_grad && curves.least > style.t_grad {
         warnings.say(format!(

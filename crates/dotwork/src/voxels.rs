@@ -13,6 +13,7 @@
 use dotwork_drawing::{Page, View, Warnings};
 use dotwork_ink::bake::{VoxelSettings, Voxels, box_filter, box_filter_level, n_max, reference_scale, voxel};
 use dotwork_ink::{Factors, Stock, Style, Vectors};
+use dotwork_mesh::ClipRegion;
 use dotwork_volume::{
     Affine, MIN_PIECE, Mask, Regression, RegressionRow, Sample, Samples, Scaling, Volume, with_samples,
 };
@@ -33,6 +34,8 @@ pub(crate) struct Ask<'a> {
     pub origin: [f64; 3],
     /// Value of the feature's surface.
     pub iso: Option<f64>,
+    /// What is clipped away, world units.
+    pub removed: Option<ClipRegion>,
     pub style: &'a Style,
     pub view: &'a View,
     pub page: &'a Page,
@@ -52,7 +55,7 @@ pub(crate) fn bake(volume: &Volume, ask: &Ask, progress: &mut dyn FnMut(f32)) ->
     progress(0.2);
     let grid = filtered.as_ref().unwrap_or(volume);
     let surface = ask.iso.filter(|_| style.factors == Factors::Sum);
-    let voxels = boundaries(grid, range, style.gradient_min.0, surface, ask.origin)?;
+    let voxels = boundaries(grid, range, style.gradient_min.0, surface, ask)?;
     progress(0.4);
 
     let [a, b, c] = [0, 1, 2].map(|k| voxels.edges[k] * grid.dims()[k] as f32);
@@ -113,14 +116,14 @@ struct Layer {
 }
 
 /// The voxels of a volume with strong gradients: `share` of the strongest or more, or those that the volume's own
-/// threshold keeps; only those through which the surface at the value `surface` runs, if there is one. Values count from 0 to
-/// 1 over `range`.
+/// threshold keeps; only those through which the surface at the value `surface` runs, if there is one, and whose
+/// centres are not clipped away. Values count from 0 to 1 over `range`.
 fn boundaries(
     volume: &Volume,
     range: [f64; 2],
     share: Option<f32>,
     surface: Option<f64>,
-    origin: [f64; 3],
+    ask: &Ask,
 ) -> Option<Voxels> {
     let regression = volume.regression()?;
     let [nx, _, nz] = volume.dims();
@@ -136,7 +139,7 @@ fn boundaries(
     let layers = layers(&regression, nz, nx, least, mask.as_ref());
     let strongest = strong(layers.iter().flat_map(|layer| &layer.length).copied().collect())?;
 
-    let (affine, origin) = (volume.affine(), DVec3::from_array(origin));
+    let (affine, origin) = (volume.affine(), DVec3::from_array(ask.origin));
     let mut voxels = Voxels { edges: edges(affine), ..Voxels::default() };
     let unit = |value: f32| (regression.value(f64::from(value)) - range[0]) / (range[1] - range[0]);
     let push = |vectors: &mut Vectors, v: Vec3| {
@@ -156,8 +159,12 @@ fn boundaries(
             if off_surface(layer, k) {
                 continue;
             }
-            let place = affine.point([f64::from(x), f64::from(y), z as f64]) - origin;
-            push(&mut voxels.position, place.as_vec3());
+            let place = affine.point([f64::from(x), f64::from(y), z as f64]);
+            // Only now: what counts as strong, or as an edge, is that of the whole.
+            if ask.removed.as_ref().is_some_and(|region| region.removes(place)) {
+                continue;
+            }
+            push(&mut voxels.position, (place - origin).as_vec3());
             let normal = -regression.gradient(layer.gradient[k]).normalize_or_zero();
             push(&mut voxels.normal, normal.as_vec3());
             voxels.magnitude.push((layer.length[k] / strongest).min(1.0));

@@ -271,3 +271,38 @@ fn curves_move_with_their_object() {
     let after = open(&path, &Style::default(), &mut Warnings::new()).unwrap();
     assert!(bytes(&scene, Format::Csv) == bytes(&after, Format::Csv));
 }
+
+#[test]
+fn curves_end_where_the_volume_is_clipped() {
+    let clip = |text: &str| Style { clip: dotwork::ink::Clip(text.into()), ..curved() };
+    let scene_of = |style: &Style| {
+        let mut scene = scene_of(phantom::phantom("shells").unwrap(), style);
+        scene.camera.set_direction("front").unwrap();
+        scene.camera.ortho = true;
+        scene.bake(|_| ());
+        scene
+    };
+    let (whole, cut) = (scene_of(&clip("")), scene_of(&clip("x>0.5")));
+    assert!(cut.bake_warnings().is_empty(), "{:?}", cut.bake_warnings());
+    // Ends of strokes right and left of the plane in the middle, farther than a voxel and a piece.
+    let sides = |scene: &Scene| {
+        let object = &scene.objects[0];
+        let [low, high] = object.whole.unwrap();
+        let middle =
+            Vec3::from_array([0, 1, 2].map(|k| (0.5 * (low[k] + high[k]) - object.mesh.origin[k]) as f32));
+        let view = scene.view();
+        let (x, ..) = view.project(middle);
+        let voxel = view.px_per_unit(view.distance) * object.curves.as_ref().unwrap().lattice.edge();
+        let strokes = strokes(scene);
+        let count = |side: f32| strokes.x.iter().filter(|&&at| (at - x) * side > 1.5 * voxel).count();
+        [count(-1.0), count(1.0)]
+    };
+    let (before, after) = (sides(&whole), sides(&cut));
+    assert!(before.iter().all(|&n| n > 200) && after[0] > 200, "{before:?} {after:?}");
+    assert_eq!(after[1], 0);
+    let mut again = cut.clone();
+    again.objects[0].restyle(clip("x<0.5")).unwrap();
+    again.bake(|_| ());
+    let again = sides(&again);
+    assert!(again[0] == 0 && again[1] > 200, "{again:?}");
+}

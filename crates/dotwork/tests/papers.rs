@@ -274,3 +274,39 @@ fn what_is_doubtful_is_said() {
     assert!(stock(&mesh).elements.is_none() && draw(&mesh).dot_count() > 100);
     assert!(said(&mesh).contains("no voxels for bake=voxel"), "{}", said(&mesh));
 }
+
+#[test]
+fn voxels_that_are_clipped_away_carry_no_dots() {
+    let clip = |text: &str| Style { clip: dotwork::ink::Clip(text.into()), k_max: 0.3, ..papers() };
+    let scene_of = |style: Style| {
+        let mut scene = shells(style);
+        scene.camera.set_direction("front").unwrap();
+        scene.camera.ortho = true;
+        scene.bake(|_| ());
+        scene
+    };
+    let (whole, cut) = (scene_of(clip("")), scene_of(clip("x>0.5")));
+    assert!(cut.bake_warnings().is_empty(), "{:?}", cut.bake_warnings());
+    // Places across the plane in the middle, object units; a list fills its voxel, whose centre counts.
+    let across = |scene: &Scene| -> Vec<f32> {
+        let object = &scene.objects[0];
+        let [low, high] = object.whole.unwrap();
+        let middle = (0.5 * (low.x + high.x) - object.mesh.origin[0]) as f32;
+        let dots = &draw(scene).layers[0].dots;
+        dots.stipple.iter().map(|&i| stock(scene).position.at(i as usize).x - middle).collect()
+    };
+    let edge = stock(&cut).elements.as_ref().unwrap().recipe().0.edges[0].length();
+    let beyond = |places: &[f32]| places.iter().filter(|&&x| x > 0.75 * edge).count();
+    let before = |places: &[f32]| places.iter().filter(|&&x| x < -0.75 * edge).count();
+    let (whole_places, cut_places) = (across(&whole), across(&cut));
+    assert!(beyond(&whole_places) > 500 && before(&cut_places) > 500, "{} dots", cut_places.len());
+    assert_eq!(beyond(&cut_places), 0);
+    // Another clip is another bake.
+    let mut again = cut.clone();
+    again.objects[0].restyle(clip("x<0.5")).unwrap();
+    assert!(again.objects[0].stock.is_none());
+    again.bake(|_| ());
+    let places = across(&again);
+    assert!(beyond(&places) > 500);
+    assert_eq!(before(&places), 0);
+}

@@ -162,6 +162,7 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             world: object.world,
             mesh,
             volume: None,
+            whole: None,
             style: object.style,
             stock,
             curves,

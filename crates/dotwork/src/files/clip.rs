@@ -26,13 +26,14 @@ impl MeshFile {
     /// [`FileError::Clip`]: the clip cannot be understood, or nothing is left.
     pub(crate) fn clipped(mut self, style: &Style) -> Result<Vec<MeshFile>, FileError> {
         let text = &style.clip.0;
+        let whole = bounds(&self.raw);
+        self.whole = self.volume.is_some().then_some(whole);
         if text.is_empty() {
             return Ok(vec![self]);
         }
         let error =
             |input: &str, reason: String| FileError::Clip { input: input.into(), clip: text.clone(), reason };
-        let region =
-            ClipRegion::parse(text, bounds(&self.raw)).map_err(|reason| error(&self.input, reason))?;
+        let region = ClipRegion::parse(text, whole).map_err(|reason| error(&self.input, reason))?;
         self.raw = clip(&self.raw, &region);
         let mut all = Vec::new();
         if let (Some(volume), Some(iso)) = (&self.volume, self.source.iso) {
@@ -50,6 +51,7 @@ impl MeshFile {
                     notes: Vec::new(),
                     raw: flat(&cut, face, &inks),
                     volume: None,
+                    whole: None,
                     look: Look::default(),
                 });
             }

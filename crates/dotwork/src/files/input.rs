@@ -12,6 +12,7 @@ use dotwork_io::volume::{
 use dotwork_mesh::{RawMesh, shapes};
 use dotwork_volume::phantom::phantom;
 use dotwork_volume::{Affine, Space, Unit, Volume};
+use glam::DVec3;
 
 use super::FileError;
 use super::parts::Look;
@@ -64,6 +65,8 @@ pub struct MeshFile {
     pub raw: RawMesh,
     /// The prepared volume whose surface it is.
     pub volume: Option<Arc<Volume>>,
+    /// Lowest and highest corner of the surface of a volume before it was clipped and placed.
+    pub whole: Option<[DVec3; 2]>,
     /// What it looks like by the volume's table or transfer function.
     pub look: Look,
 }
@@ -74,12 +77,12 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Mesh`].
     pub fn into_object(self, style: Style, warnings: &mut Warnings) -> Result<Object, FileError> {
-        let MeshFile { name, input, source, world, raw, volume, .. } = self;
+        let MeshFile { name, input, source, world, raw, volume, whole, .. } = self;
         let mut object =
             Object::new(name, raw, style, warnings).map_err(|source| FileError::Mesh { input, source })?;
         object.source = Some(source);
         object.world = world;
-        object.volume = volume;
+        (object.volume, object.whole) = (volume, whole);
         Ok(object)
     }
 
@@ -208,6 +211,7 @@ pub fn load_with(
         notes: Vec::new(),
         raw,
         volume: None,
+        whole: None,
         look: Look::default(),
     })))
 }
@@ -227,6 +231,7 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         notes: Vec::new(),
         raw,
         volume: None,
+        whole: None,
         look: Look::default(),
     })
 }

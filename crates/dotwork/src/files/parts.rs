@@ -190,6 +190,7 @@ impl VolumeInput {
             notes: Vec::new(),
             raw,
             volume: None,
+            whole: None,
             look: Look::default(),
         }
     }

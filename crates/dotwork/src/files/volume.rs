@@ -254,6 +254,7 @@ impl VolumeInput {
             notes,
             raw,
             volume,
+            whole: None,
             look: Look::default(),
         })
     }
