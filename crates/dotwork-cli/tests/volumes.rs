@@ -208,3 +208,147 @@ fn what_lies_within_a_translucent_body_is_seen() {
     let (opaque, ghost, clear) = (count(""), count("--set occlusion=0.3"), count("--set occlusion=0"));
     assert!(opaque < ghost && ghost < clear, "{opaque} {ghost} {clear}");
 }
+
+/// An element of explicit little endian DICOM.
+fn element(tag: [u16; 2], vr: &str, mut value: Vec<u8>) -> Vec<u8> {
+    if value.len() % 2 == 1 {
+        value.push(if vr == "UI" { 0 } else { b' ' });
+    }
+    let mut bytes: Vec<u8> = tag.iter().flat_map(|t| t.to_le_bytes()).collect();
+    bytes.extend(vr.bytes());
+    match vr {
+        "OW" | "OB" => bytes.extend([0, 0].into_iter().chain((value.len() as u32).to_le_bytes())),
+        _ => bytes.extend((value.len() as u16).to_le_bytes()),
+    }
+    bytes.extend(value);
+    bytes
+}
+
+/// Slice `z` of a ball of 24³ bytes, in series `number`.
+fn dicom_slice(number: &str, z: usize) -> Vec<u8> {
+    let text = |tag, vr, text: &str| element(tag, vr, text.as_bytes().to_vec());
+    let short = |tag, value: u16| element(tag, "US", value.to_le_bytes().to_vec());
+    let syntax = text([2, 0x10], "UI", "1.2.840.10008.1.2.1");
+    let meta = element([2, 0], "UL", (syntax.len() as u32).to_le_bytes().to_vec());
+    let samples = ball()[576 * z..576 * (z + 1)].to_vec();
+    let parts = [
+        vec![0; 128],
+        b"DICM".to_vec(),
+        meta,
+        syntax,
+        text([0x0008, 0x0060], "CS", "CT"),
+        text([0x0020, 0x000e], "UI", &format!("1.2.{number}")),
+        text([0x0020, 0x0011], "IS", number),
+        text([0x0020, 0x0032], "DS", &format!("0\\0\\{z}")),
+        text([0x0020, 0x0037], "DS", "1\\0\\0\\0\\1\\0"),
+        short([0x0028, 0x0002], 1),
+        text([0x0028, 0x0004], "CS", "MONOCHROME2"),
+        short([0x0028, 0x0010], 24),
+        short([0x0028, 0x0011], 24),
+        text([0x0028, 0x0030], "DS", "1\\1"),
+        short([0x0028, 0x0100], 8),
+        short([0x0028, 0x0101], 8),
+        short([0x0028, 0x0102], 7),
+        short([0x0028, 0x0103], 0),
+        element([0x7fe0, 0x0010], "OW", samples),
+    ];
+    parts.concat()
+}
+
+#[test]
+fn folders_of_dicom_say_what_is_wrong_with_them() {
+    let place = Place::new();
+    let folder = |name: &str, files: &[(String, Vec<u8>)]| {
+        std::fs::create_dir(place.path(name)).unwrap();
+        files.iter().for_each(|(file, bytes)| place.write(&format!("{name}/{file}"), bytes));
+    };
+    let series = |number: &str, slices: std::ops::Range<usize>| -> Vec<(String, Vec<u8>)> {
+        slices.map(|z| (format!("{number}-{z:02}"), dicom_slice(number, z))).collect()
+    };
+    let drawn = |name: &str, more: &str| {
+        let line = format!("render {name} -o d.csv --csv full --stipples 3000 {more}");
+        let warning = "the stock of";
+        let done = place.command().args(line.split_whitespace()).output().unwrap();
+        assert!(done.status.success(), "{line}: {}", String::from_utf8_lossy(&done.stderr));
+        let said = String::from_utf8(done.stderr).unwrap();
+        let said: Vec<String> = said.lines().filter(|l| !l.contains(warning)).map(Into::into).collect();
+        (said, Table::read(&place.text("d.csv")).numbers("x").len())
+    };
+
+    // Whole: nothing to say, and something to see.
+    folder("whole", &series("4", 0..24));
+    let (said, dots) = drawn("whole", "");
+    assert!(said.is_empty() && dots > 300, "{said:?} {dots}");
+
+    // Two series: the larger one, or the one that is asked for.
+    folder("two", &[series("4", 0..24), series("7", 4..20)].concat());
+    let (said, _) = drawn("two", "");
+    let [line] = &said[..] else { panic!("{said:?}") };
+    assert!(
+        line.contains("of 2 DICOM series, CT 4 (24 images) is read; not read: CT 7 (16 images)"),
+        "{line}"
+    );
+    let (said, _) = drawn("two", "--series 7");
+    assert!(said[0].contains("of 2 DICOM series, CT 7 (16 images) is read"), "{said:?}");
+    place
+        .run("render two -o x.png --series spine")
+        .failed(1, &["two: ", "'spine'", "CT 4 (24 images), CT 7 (16 images)"]);
+
+    // A slice is missing.
+    let mut gap = series("4", 0..24);
+    gap.remove(11);
+    folder("gap", &gap);
+    let (said, _) = drawn("gap", "");
+    let [line] = &said[..] else { panic!("{said:?}") };
+    assert!(line.contains("gap: ") && line.contains("missing: interpolated"), "{line}");
+
+    // Files that are no DICOM, among slices and alone.
+    let notes = [("notes.txt".to_owned(), b"hello".to_vec()), ("cover.png".to_owned(), vec![0; 300])];
+    folder("mixed", &[series("4", 0..24), notes.to_vec()].concat());
+    let (said, _) = drawn("mixed", "");
+    let [line] = &said[..] else { panic!("{said:?}") };
+    assert!(line.contains("mixed: 2 files that are no DICOM skipped"), "{line}");
+    folder("none", &notes);
+    place.run("render none -o x.png").failed(1, &["none: "]);
+
+    // Pixels that end too early: one of many slices is left out by name, alone it is refused.
+    let cut = |z: usize| {
+        let whole = dicom_slice("4", z);
+        whole[..whole.len() - 100].to_vec()
+    };
+    let mut short = series("4", 0..24);
+    short[23].1 = cut(23);
+    folder("short", &short);
+    let (said, _) = drawn("short", "");
+    let [line] = &said[..] else { panic!("{said:?}") };
+    assert!(line.contains("4-23") && line.contains("end too early: 476 of 576 bytes"), "{line}");
+    folder("shortest", &[("a".to_owned(), cut(3))]);
+    place.run("render shortest -o x.png").failed(1, &["shortest", "end too early: 476 of 576 bytes"]);
+    place.write("one.dcm", cut(3));
+    place.run("render one.dcm -o x.png").failed(1, &["one.dcm: ", "end too early: 476 of 576 bytes"]);
+    assert!(!place.path("x.png").exists());
+}
+
+#[test]
+fn a_segmentation_is_an_input_and_no_table_of_another_volume() {
+    let place = Place::new();
+    place.write("ball.nrrd", nrrd("spacings: 1 1 1"));
+    // Labels of another shape than the volume: there is nothing to pair them with, whatever their shape.
+    let mut labels = b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nencoding: raw\n\n".to_vec();
+    labels.extend((0..512).map(|i| u8::from([i % 8, i / 8 % 8, i / 64].iter().all(|c| (2..6).contains(c)))));
+    place.write("labels.nrrd", labels);
+    place.run("render ball.nrrd -o x.png --labels labels.nrrd").failed(1, &["labels.nrrd:"]);
+    let scene = "[[object]]\nfile = 'ball.nrrd'\nlabels = 'labels.nrrd'\n";
+    place.write("scene.toml", scene);
+    place.run("render scene.toml -o x.png").failed(1, &["scene.toml:2: ", "labels.nrrd:"]);
+    // As an object of its own it lies beside the volume.
+    place.write(
+        "both.toml",
+        "[[object]]\nfile = 'ball.nrrd'\n[[object]]\nfile = 'labels.nrrd'\nlabels = 'auto'\n",
+    );
+    place.draw("both.toml -o both.csv --stipples 2000 --set occlusion=0");
+    let objects = Table::read(&place.text("both.csv"));
+    let objects = objects.words("object");
+    assert!(objects.contains(&"ball") && objects.contains(&"label-1"), "{objects:?}");
+    assert!(!place.path("x.png").exists());
+}
