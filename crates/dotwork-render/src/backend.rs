@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::elements::{Asked, ElementSelector, ask};
-use crate::hiding::{Hidden, Hiding};
+use crate::hiding::Hiding;
 use crate::layers::{Layers, Painter};
 use crate::outline::{CurveDrawer, Outliner};
 use crate::plan::InkPlan;
@@ -109,7 +109,7 @@ impl CpuBackend {
                 let on = (frame.view, frame.page);
                 self.curves.draw(curves, subject.style, on, hidden, id_base, &mut layer.strokes);
             } else if subject.style.outlines {
-                let Hidden { depth, veil, .. } = self.hiding.of(subject.style);
+                let hidden = self.hiding.of(subject.style);
                 let id_base = (k as u64) << STIPPLE_BITS;
                 let Frame { view, page, .. } = *frame;
                 self.outliner.draw(
@@ -118,8 +118,7 @@ impl CpuBackend {
                     subject.style,
                     view,
                     page,
-                    depth,
-                    veil,
+                    hidden,
                     id_base,
                     &mut layer.strokes,
                 );

@@ -228,6 +228,55 @@ fn two_features_share_a_volume_and_the_focus_shows_through_its_context() {
 }
 
 #[test]
+fn lines_of_a_context_are_thinned_before_a_focus() {
+    // A ring before a ball, its outline half beside and half before it. In parallel all its width is one.
+    let draw = |role: &str, thin: f32| {
+        let text = format!(
+            "stipples = 3000\n[page]\nsize_px = [500, 500]\n[camera]\nazimuth = 0\nelevation = 0\northo = true\n\
+             [[object]]\nfile = 'demo:sphere'\nrole = 'focus'\ndot_size = '4px'\n\
+             [[object]]\nfile = 'demo:torus'\nrole = '{role}'\nmode = 'outline'\ncontext_thin = {thin}\n\
+             rotate = [90, 0, 0]\ntranslate = [0.7, 0.2, 4]\n"
+        );
+        let mut scene = scene(&text);
+        scene.bake(|_| ());
+        Artist::new().draw(&scene)
+    };
+    let drawing = draw("context", 0.75);
+    // The ball's middle on the page, and its radius.
+    let dots = &drawing.layers[0].dots;
+    let extent = |v: &[f32]| v.iter().fold((f32::MAX, f32::MIN), |(a, b), &x| (a.min(x), b.max(x)));
+    let ((left, right), (top, bottom)) = (extent(&dots.x), extent(&dots.y));
+    let (x, y, radius) = ((left + right) / 2.0, (top + bottom) / 2.0, (right - left) / 2.0);
+    // Width and strength of the line's points that lie before the ball, and of those beside it.
+    let points = |drawing: &dotwork::Drawing, before: bool| {
+        let strokes = &drawing.layers[1].strokes;
+        let of = |i: usize| {
+            let away = (strokes.x[i] - x).hypot(strokes.y[i] - y);
+            let there = if before { away < radius - 20.0 } else { away > radius + 20.0 };
+            there.then(|| (strokes.width[i], strokes.darkness[i]))
+        };
+        (0..strokes.x.len()).filter_map(of).collect::<Vec<_>>()
+    };
+    let plain = draw("plain", 0.75);
+    let [(width, darkness), ..] = points(&plain, true)[..] else { panic!("no line before the ball") };
+    assert_eq!(darkness, 1.0);
+    for (drawing, before, share) in
+        [(&plain, true, 1.0), (&plain, false, 1.0), (&drawing, true, 0.25), (&drawing, false, 1.0)]
+    {
+        let points = points(drawing, before);
+        assert!(points.len() > 10, "{} points", points.len());
+        for (w, d) in points {
+            let left = w / width * d;
+            assert!((left - share).abs() < 0.01, "{left} of its ink where {share} should be");
+            assert!((w / width - d).abs() < 0.01, "narrower and lighter: {w} of {width}, {d}");
+        }
+    }
+    let gone = draw("context", 1.0);
+    assert!(points(&gone, true).is_empty());
+    assert!(points(&gone, false).iter().filter(|&&(w, d)| w == width && d == 1.0).count() > 10);
+}
+
+#[test]
 fn its_plate_is_drawn_again_with_every_object_in_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(

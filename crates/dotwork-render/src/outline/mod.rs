@@ -7,6 +7,9 @@
 //!
 //! The outline of a smooth form runs, on the page, at right angles to the form's normals. Where a mesh is coarse, that
 //! gives the points of its contour tangents, and cubics between them the curve.
+//!
+//! Before a focus the lines of a context keep the share of their ink that its dots keep: half of the loss is width,
+//! half is darkness.
 
 use dotwork_drawing::{Page, Projection, StrokeKind, Strokes, View};
 use dotwork_ink::Style;
@@ -20,9 +23,9 @@ mod voxels;
 
 pub(crate) use voxels::CurveDrawer;
 
-use crate::depth::DepthBuffer;
+use crate::hiding::Hidden;
 use crate::outline::path::{
-    STEP, Sample, close_gaps, hermite, mark_corners, resample, simplify, smooth, taper,
+    STEP, Sample, close_gaps, fade, hermite, mark_corners, resample, simplify, smooth, taper,
 };
 use crate::outline::taken::Taken;
 use crate::veil::Veil;
@@ -61,8 +64,9 @@ pub(crate) struct Outliner {
 }
 
 impl Outliner {
-    /// Appends the outline and the `lines` of a mesh to `strokes`. `depth` holds what hides; ids are `id_base` and the
-    /// triangle in which an outline begins, the vertex with which a border or the edge with which a crease does.
+    /// Appends the outline and the `lines` of a mesh to `strokes`, without what `hidden` hides and thinned as it
+    /// says. Ids are `id_base` and the triangle in which an outline begins, the vertex with which a border or the edge
+    /// with which a crease does.
     pub fn draw(
         &mut self,
         mesh: &Mesh,
@@ -70,8 +74,7 @@ impl Outliner {
         style: &Style,
         view: &View,
         page: &Page,
-        depth: Option<&DepthBuffer>,
-        veil: Option<&Veil>,
+        hidden: Hidden,
         id_base: u64,
         strokes: &mut Strokes,
     ) {
@@ -79,7 +82,7 @@ impl Outliner {
             Projection::Perspective { .. } => Eye::At(view.eye),
             Projection::Parallel { .. } => Eye::Towards(view.back),
         };
-        let sheet = Sheet { view, page, depth, veil, width: style.outline.to_px(page) };
+        let sheet = Sheet { view, page, hidden, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
         let chains = contours.trace(mesh, &lines.creases, eye);
@@ -238,7 +241,7 @@ impl Outliner {
             strokes.y.push(p.at.y);
             strokes.depth.push(p.depth);
             strokes.width.push(p.width);
-            strokes.darkness.push(1.0);
+            strokes.darkness.push(p.darkness);
         }
         strokes.end.push(strokes.x.len() as u32);
         strokes.id.push(id);
@@ -261,8 +264,7 @@ struct Place {
 struct Sheet<'a> {
     view: &'a View,
     page: &'a Page,
-    depth: Option<&'a DepthBuffer>,
-    veil: Option<&'a Veil>,
+    hidden: Hidden<'a>,
     /// Width of a line at the depth of the centre, pixels.
     width: f32,
 }
@@ -270,7 +272,8 @@ struct Sheet<'a> {
 impl Sheet<'_> {
     /// Replaces `line` by samples of a line in space, at most [`STEP`] apart.
     fn line(&self, places: impl Iterator<Item = Place>, line: &mut Vec<Sample>) {
-        let Sheet { view, page, depth, veil, width } = *self;
+        let Sheet { view, page, hidden, width } = *self;
+        let Hidden { depth, veil, .. } = hidden;
         line.clear();
         let mut last: Option<Sample> = None;
         for Place { point, normal, edge, open } in places {
@@ -284,6 +287,7 @@ impl Sheet<'_> {
                 reach: (SAGITTA * edge * view.px_per_unit(depth)).min(FARTHEST),
                 visible: open,
                 corner: false,
+                darkness: 1.0,
             };
             let before = last.replace(here).unwrap_or(here);
             let steps = ((here.at - before.at).length() / STEP).ceil().clamp(1.0, 4096.0) as u32;
@@ -301,6 +305,12 @@ impl Sheet<'_> {
         mark_corners(line);
         let margin = page.margin_px;
         let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
+        if hidden.focus.is_some() {
+            for p in line.iter_mut() {
+                p.darkness = hidden.before_focus(view, p.at.x, p.at.y, p.depth);
+            }
+            fade(line);
+        }
         for p in line {
             let on_page = p.at.x >= margin && p.at.y >= margin && p.at.x <= right && p.at.y <= bottom;
             // Lines do not thin: they end where little comes through.

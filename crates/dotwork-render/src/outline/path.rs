@@ -11,6 +11,12 @@ const GAP: f32 = 4.0;
 /// A point is left out where the line without it is off by no more than this, pixels.
 const TOLERANCE: f32 = 0.06;
 
+/// The ink of a line changes over this length to either side of where it should, pixels.
+const FADE: f32 = 9.0;
+
+/// Less than this share of its ink is no line.
+const GONE: f32 = 0.01;
+
 /// Lines end in a point over this many of their widths.
 const TAPER: f32 = 5.0;
 
@@ -28,6 +34,8 @@ pub(super) struct Sample {
     pub visible: bool,
     /// The line turns here and is meant to.
     pub corner: bool,
+    /// Strength of the ink, 0…1.
+    pub darkness: f32,
 }
 
 impl Sample {
@@ -80,6 +88,27 @@ pub(super) fn mark_corners(line: &mut [Sample]) {
             ((here.at - b.at).normalize_or_zero(), (c.at - here.at).normalize_or_zero());
         // Straight on both sides, and turned by over 40° here.
         line[i].corner = from.dot(to) < 0.77 && from.dot(near_from) > 0.98 && to.dot(near_to) > 0.98;
+    }
+}
+
+/// Turns the shares of ink that are left along a line, in `darkness`, into widths and strengths whose product they are,
+/// going from one to the next over a stretch of twice [`FADE`]; where nothing is left the line is not seen.
+pub(super) fn fade(line: &mut [Sample]) {
+    let n = line.len();
+    let closed = n > 3 && line[0].at == line[n - 1].at;
+    // The last point of a closed line is its first.
+    let period = n - usize::from(closed);
+    let reach = ((FADE / STEP) as usize).min(period / 2);
+    let left: Vec<f32> = line.iter().map(|p| p.darkness).collect();
+    for (i, p) in line.iter_mut().enumerate() {
+        let at = |k: usize| match closed {
+            true => left[(i + period + k - reach) % period],
+            false => left[(i + k).saturating_sub(reach).min(n - 1)],
+        };
+        let mean = (0..=2 * reach).map(at).sum::<f32>() / (2 * reach + 1) as f32;
+        p.darkness = mean.sqrt();
+        p.width *= p.darkness;
+        p.visible &= mean > GONE;
     }
 }
 

@@ -96,8 +96,9 @@ impl Sheet<'_> {
             strokes.depth.push(depth);
             // A nearer line is a bolder one, within reason.
             let nearer = if view.is_parallel() { 1.0 } else { (view.distance / depth).clamp(0.5, 2.0) };
-            strokes.width.push(self.width * nearer);
-            strokes.darkness.push(1.0);
+            let left = self.hidden.before_focus(view, x, y, depth).sqrt();
+            strokes.width.push(self.width * nearer * left);
+            strokes.darkness.push(left);
         }
         strokes.end.push(strokes.x.len() as u32);
         strokes.id.push(self.id_base | piece.id);
