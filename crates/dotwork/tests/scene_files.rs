@@ -277,6 +277,29 @@ fn lines_of_a_context_are_thinned_before_a_focus() {
 }
 
 #[test]
+fn modes_say_what_is_drawn() {
+    let drawn = |mode: &str| {
+        let text = format!(
+            "stipples = 2000\n[[object]]\nfile = 'demo:sphere'\n{mode}\n[[object]]\nfile = 'demo:plate'\n"
+        );
+        let mut scene = scene(&text);
+        scene.bake(|_| ());
+        let drawing = Artist::new().draw(&scene);
+        let of = |layer: &dotwork::drawing::Layer| (!layer.dots.is_empty(), !layer.strokes.is_empty());
+        drawing
+            .layers
+            .iter()
+            .filter(|l| l.object == "sphere")
+            .map(of)
+            .fold((false, false), |a, b| (a.0 || b.0, a.1 || b.1))
+    };
+    assert_eq!(drawn("mode = 'stippled'"), (true, false));
+    assert_eq!(drawn("mode = 'outline'"), (false, true));
+    assert_eq!(drawn("mode = 'both'\nstyle = 'outline'"), (true, true));
+    assert_eq!(drawn("mode = 'hidden'"), (false, false));
+}
+
+#[test]
 fn its_plate_is_drawn_again_with_every_object_in_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(
@@ -306,7 +329,8 @@ fn errors_name_the_file_and_the_line() {
         ("[[object]]\nfile = 'demo:plate'\n\ngama = 2\n", 4, "did you mean 'gamma'?"),
         ("[[object]]\nfile = 'demo:plate'\ngamma = 99\n", 3, "gamma takes a number"),
         ("[[object]]\nfile = 'demo:plate'\nrole = 'star'\n", 3, "focus, context"),
-        ("[[object]]\nfile = 'demo:plate'\nmode = 'shaded'\n", 3, "stippled, outline"),
+        ("[[object]]\nfile = 'demo:plate'\nmode = 'shaded'\n", 3, "not there yet"),
+        ("[[object]]\nfile = 'demo:plate'\nmode = 'plain'\n", 3, "stippled, both, outline or hidden"),
         ("[[object]]\nfile = 'demo:plate'\nstyle = 'brigt'\n", 3, "there is no style 'brigt'"),
         ("[[object]]\nfile = 'demo:plate'\nscale = 0\n", 3, "scale"),
         ("[[object]]\nfile = 'demo:plate'\ntranslate = [1, 2]\n", 3, "3 numbers"),

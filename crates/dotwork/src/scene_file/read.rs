@@ -301,15 +301,25 @@ fn object(
                 }
             },
             "mode" => match &*source.text(key, value)? {
-                "stippled" => set("dots", "true"),
-                "outline" => {
-                    set("dots", "false");
-                    set("outlines", "true");
-                }
                 "hidden" => hidden = true,
                 mode => {
-                    let reason = format!("mode takes stippled, outline or hidden, not '{mode}'");
-                    return Err(source.error(value.span().start, reason));
+                    let (dots, outlines) = match mode {
+                        "stippled" => ("true", "false"),
+                        "both" => ("true", "true"),
+                        "outline" => ("false", "true"),
+                        "shaded" => {
+                            let reason = "mode = \"shaded\" is not there yet: surfaces are drawn in dots and lines; \
+                                          mode takes stippled, both, outline or hidden";
+                            return Err(source.error(value.span().start, reason));
+                        }
+                        _ => {
+                            let reason =
+                                format!("mode takes stippled, both, outline or hidden, not '{mode}'");
+                            return Err(source.error(value.span().start, reason));
+                        }
+                    };
+                    set("dots", dots);
+                    set("outlines", outlines);
                 }
             },
             "scale" => {
