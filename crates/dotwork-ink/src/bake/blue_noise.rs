@@ -75,6 +75,7 @@ struct Candidate {
     d2: f32,
     index: u32,
     element: u32,
+    weights: [f32; 2],
 }
 
 /// The points accepted so far, in structure-of-arrays form.
@@ -85,6 +86,7 @@ struct Accepted {
     /// Stage in the high word, candidate in the low one.
     id: Vec<u64>,
     element: Vec<u32>,
+    weights: Vec<[f32; 2]>,
 }
 
 impl Accepted {
@@ -93,6 +95,7 @@ impl Accepted {
         self.radius.truncate(n);
         self.id.truncate(n);
         self.element.truncate(n);
+        self.weights.truncate(n);
     }
 }
 
@@ -180,7 +183,7 @@ pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress:
         }
         progress((points.site.len() as f32 / wanted as f32).min(1.0));
     }
-    finish(surface, settings, points, wanted)
+    finish(surface.area(), settings.seed, &points, wanted)
 }
 
 /// The distance at which `wanted` points will have been accepted, a little low; `None` while that is stages away.
@@ -239,6 +242,7 @@ fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accep
                 points.radius.push(distance * stage.looseness.factor(c.index));
                 points.id.push(u64::from(stage.number) << 32 | u64::from(c.index));
                 points.element.push(c.element);
+                points.weights.push(c.weights);
             }
         }
         // Write: the accepted points come nearer to the candidates around them.
@@ -296,7 +300,7 @@ fn draw_candidates(surface: &impl Surface, stage: &Stage, end: f32, points: &Acc
                         }
                     }
                 }
-                kept.push(Candidate { site, d2, index, element: place.element });
+                kept.push(Candidate { site, d2, index, element: place.element, weights: place.weights });
             });
             kept
         })
@@ -382,40 +386,30 @@ impl Search<'_> {
 }
 
 /// Sorts the points into their order and cuts it to length.
-fn finish(surface: &impl Surface, settings: &BakeSettings, points: Accepted, wanted: usize) -> Baked {
-    // Radius descending, then stage, then a hash: nothing depends on array places.
-    let mut keyed: Vec<(u64, u64, u32)> = points
-        .id
+fn finish(area: f64, seed: u32, points: &Accepted, wanted: usize) -> Baked {
+    // Radius descending: the bits of a positive float are ordered as it is. Few radii are equal.
+    let mut order: Vec<u64> = points
+        .radius
         .par_iter()
-        .zip(&points.radius)
         .enumerate()
-        .map(|(i, (&id, &radius))| {
-            let stage = id >> 32;
-            let falling = u64::from(!radius.to_bits());
-            (
-                falling << 32 | stage,
-                u64::from(hash2(id as u32, settings.seed)) << 32 | (id & 0xffff_ffff),
-                i as u32,
-            )
-        })
+        .map(|(i, radius)| u64::from(!radius.to_bits()) << 32 | i as u64)
         .collect();
-    keyed.par_sort_unstable();
-    keyed.truncate(wanted);
-    let pick = |k: &(u64, u64, u32)| k.2 as usize;
-    // Worked out where the points were accepted, beside their neighbours: the final order jumps all over the surface.
-    let draws: Vec<StageDraw> = (0..MAX_STAGES).map(|n| Stage::new(surface, settings, n, 0).draw).collect();
-    let weights: Vec<[f32; 2]> = points
-        .id
-        .par_iter()
-        .zip(&points.element)
-        .map(|(&id, &element)| surface.weights(draws[(id >> 32) as usize], id as u32, element))
-        .collect();
+    order.par_sort_unstable();
+    let place = |key: &u64| *key as u32 as usize;
+    // Then stage, then a hash: nothing depends on array places.
+    for equal in order.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|equal| equal.len() > 1) {
+        equal.sort_unstable_by_key(|key| {
+            let id = points.id[place(key)];
+            (id >> 32, hash2(id as u32, seed), id as u32)
+        });
+    }
+    order.truncate(wanted);
     Baked {
-        radius: keyed.par_iter().map(|k| points.radius[pick(k)]).collect(),
-        id: keyed.par_iter().map(|k| points.id[pick(k)]).collect(),
-        element: keyed.par_iter().map(|k| points.element[pick(k)]).collect(),
-        weights: keyed.par_iter().map(|k| weights[pick(k)]).collect(),
-        area: surface.area(),
+        radius: order.par_iter().map(|key| points.radius[place(key)]).collect(),
+        id: order.par_iter().map(|key| points.id[place(key)]).collect(),
+        element: order.par_iter().map(|key| points.element[place(key)]).collect(),
+        weights: order.par_iter().map(|key| points.weights[place(key)]).collect(),
+        area,
     }
 }
 

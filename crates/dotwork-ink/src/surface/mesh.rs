@@ -19,8 +19,6 @@ pub struct MeshSurface<'a> {
     mesh: &'a Mesh,
     /// Triangles in Morton order of their centroids.
     order: Vec<u32>,
-    /// Where each triangle stands in `order`.
-    rank: Vec<u32>,
     /// `cumulative[k]` is the area of the first `k` triangles of `order`; one longer than `order`.
     cumulative: Vec<f64>,
     min: Vec3,
@@ -61,11 +59,7 @@ impl<'a> MeshSurface<'a> {
             sum += a;
             cumulative.push(sum);
         }
-        let mut rank = vec![0; order.len()];
-        for (k, &t) in order.iter().enumerate() {
-            rank[t as usize] = k as u32;
-        }
-        MeshSurface { mesh, order, rank, cumulative, min }
+        MeshSurface { mesh, order, cumulative, min }
     }
 
     /// Everything about the `k`-th triangle of the curve that its candidates need.
@@ -182,16 +176,10 @@ impl Surface for MeshSurface<'_> {
                 leg = self.leg(k, step);
                 normal = leg.ab.cross(leg.ac).normalize_or_zero();
             }
-            let [v, w] = leg.weights(s, spread_hash(draw, i));
+            let [v, w] = leg.weights(s, hash2(i, draw.seed ^ 0x5bd1_e995));
             let position = leg.a + leg.ab * v + leg.ac * w;
-            sink(i, Place { position, normal, element: leg.element });
+            sink(i, Place { position, normal, element: leg.element, weights: [v, w] });
         }
-    }
-
-    fn weights(&self, draw: StageDraw, index: u32, element: u32) -> [f32; 2] {
-        let step = self.area() / f64::from(draw.count);
-        let leg = self.leg(self.rank[element as usize] as usize, step);
-        leg.weights(passed(draw, index, step), spread_hash(draw, index))
     }
 }
 
@@ -199,11 +187,6 @@ impl Surface for MeshSurface<'_> {
 #[inline(always)]
 fn passed(draw: StageDraw, index: u32, step: f64) -> f64 {
     (f64::from(index) + f64::from(unit(hash2(index, draw.seed)))) * step
-}
-
-#[inline(always)]
-fn spread_hash(draw: StageDraw, index: u32) -> u32 {
-    hash2(index, draw.seed ^ 0x5bd1_e995)
 }
 
 #[cfg(test)]

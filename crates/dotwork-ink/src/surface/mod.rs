@@ -26,14 +26,15 @@ pub struct Place {
     pub normal: Vec3,
     /// The element (triangle, cell, surfel) that carries the place.
     pub element: u32,
+    /// Barycentric coordinates of the element's second and third vertex.
+    pub weights: [f32; 2],
 }
 
 /// A surface that stipples can be baked on.
 ///
 /// The contract: `visit` offers candidate `i` of `draw.count` at a place that depends only on the surface, on
 /// `draw` and on `i` — not on the range asked for, nor on threads — and all candidates together are uniform by area.
-/// `weights` gives the same place again from the candidate's index and the element that `visit` reported.
-/// Both are cheap, allocate nothing and are called from many threads.
+/// It is cheap, allocates nothing and is called from many threads.
 pub trait Surface: Sync {
     /// Total area, object units squared; positive and finite.
     fn area(&self) -> f64;
@@ -43,8 +44,4 @@ pub trait Surface: Sync {
 
     /// Calls `sink(index, place)` for every candidate in `range`, in order.
     fn visit(&self, draw: StageDraw, range: Range<u32>, sink: &mut impl FnMut(u32, Place));
-
-    /// The barycentric coordinates (of the element's second and third vertex) of candidate `index`, which `visit`
-    /// placed on `element`.
-    fn weights(&self, draw: StageDraw, index: u32, element: u32) -> [f32; 2];
 }
