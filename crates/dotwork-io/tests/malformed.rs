@@ -34,7 +34,8 @@ fn binary(corner_count: u8, corners: &[i32]) -> Vec<u8> {
 /// there.
 #[test]
 fn ply_vertices_without_any_property() {
-    let file = b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nproperty list uchar int vertex_indices\n\
+    let file =
+        b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nproperty list uchar int vertex_indices\n\
         end_header\n3 0 1 2\n";
     assert_eq!(refusal("x.ply", file), "x.ply: line 3: the element vertex has no property x");
 }

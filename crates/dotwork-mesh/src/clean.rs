@@ -51,8 +51,7 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     colors.truncate(u32::MAX as usize);
     normals.truncate(u32::MAX as usize);
     let file_triangles = triangles.len();
-    // Adding zero turns -0 into 0.
-    let mut positions: Vec<Vec3> = positions.par_iter().map(|&p| Vec3::from_array(p) + Vec3::ZERO).collect();
+    let mut positions = placed(&positions);
 
     let mut used = mark_used(positions.len(), &triangles);
     let unused = used.iter().filter(|&&u| !u).count();
@@ -93,6 +92,21 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
         warnings.say(strange);
     }
     Ok(Cleaned { positions, triangles, colors, normals })
+}
+
+/// What [`clean`] leaves of a mesh in which there is nothing to clean.
+pub(crate) fn trusted(raw: RawMesh, warnings: &mut Warnings) -> Result<Cleaned, MeshError> {
+    check(&raw)?;
+    let RawMesh { positions, triangles, mut colors, normals, .. } = raw;
+    let positions = placed(&positions);
+    check_size(&positions)?;
+    drop_misfits(&mut colors, positions.len(), "colours").into_iter().for_each(|said| warnings.say(said));
+    Ok(Cleaned { positions, triangles, colors, normals })
+}
+
+/// Positions as vectors. Adding zero turns -0 into 0.
+fn placed(positions: &[[f32; 3]]) -> Vec<Vec3> {
+    positions.par_iter().map(|&p| Vec3::from_array(p) + Vec3::ZERO).collect()
 }
 
 /// Empties what should be one for each of `vertices` and is not; the warning that says so.

@@ -31,5 +31,5 @@ mod winding;
 pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
 pub use creases::{Crease, Creases};
 pub use measure::{Bounds, MeshStats};
-pub use mesh::{Mesh, MeshError, MeshOptions, RawMesh};
+pub use mesh::{InOrder, Mesh, MeshError, MeshOptions, RawMesh};
 pub use topology::Topology;

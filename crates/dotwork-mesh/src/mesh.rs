@@ -2,6 +2,7 @@
 
 use dotwork_drawing::Warnings;
 use glam::Vec3;
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::clean::{self, Cleaned};
@@ -24,6 +25,16 @@ pub struct RawMesh {
     /// Unit normals of the vertices where the source knows them better than the triangles do (an isosurface has its
     /// field's gradient); empty otherwise. Normals that files carry are not kept: dotwork computes its own.
     pub normals: Vec<[f32; 3]>,
+    /// What its maker vouches for; `None` for what comes from elsewhere, or was changed.
+    pub in_order: Option<InOrder>,
+}
+
+/// The word of whoever made a mesh that there is nothing to clean: all vertices differ and are used, every triangle has
+/// an area and differs from all others, and faces that share an edge agree in winding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InOrder {
+    /// Every edge has exactly two faces.
+    pub closed: bool,
 }
 
 /// How a mesh is put in order.
@@ -150,11 +161,17 @@ impl Mesh {
     /// Any [`MeshError`]; `warnings` then holds nothing new.
     pub fn build(raw: RawMesh, options: &MeshOptions, warnings: &mut Warnings) -> Result<Mesh, MeshError> {
         let origin = raw.origin;
+        // A crease angle that is no number splits nothing.
+        let smooth = options.crease_angle.is_nan() || options.crease_angle >= 180.0;
+        if let Some(in_order) = raw.in_order
+            && smooth
+            && raw.normals.len() == raw.positions.len()
+        {
+            return Ok(Mesh { origin, ..Mesh::in_order(raw, in_order, warnings)? });
+        }
         let Cleaned { positions, mut triangles, colors, normals: given } =
             clean::clean(raw, options.weld, warnings)?;
         let mut topology = Topology::new(positions.len(), &triangles);
-        // A crease angle that is no number splits nothing.
-        let smooth = options.crease_angle.is_nan() || options.crease_angle >= 180.0;
         let as_given = (smooth && !given.is_empty()).then(|| triangles.clone());
         if options.orient {
             winding::orient(&positions, &mut triangles, &mut topology, warnings);
@@ -169,6 +186,23 @@ impl Mesh {
             None => computed(),
         };
         Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed, colors })
+    }
+
+    /// A mesh that its maker put in order, with the normals that it brings: what [`Mesh::build`] would make of it.
+    fn in_order(
+        raw: RawMesh,
+        InOrder { closed }: InOrder,
+        warnings: &mut Warnings,
+    ) -> Result<Mesh, MeshError> {
+        let Cleaned { positions, triangles, colors, normals } = clean::trusted(raw, warnings)?;
+        let given = normals.into_par_iter().map(Vec3::from_array).collect();
+        let computed = || {
+            let topology = Topology::new(positions.len(), &triangles);
+            normals::normals(&positions, &triangles, &topology, 180.0).0
+        };
+        let normals = normals::completed(given, computed, warnings);
+        let corner_normals = triangles.clone();
+        Ok(Mesh { positions, triangles, normals, corner_normals, origin: [0.0; 3], closed, colors })
     }
 
     /// A mesh from plain arrays: vertex positions in object units, and triangles as indices into them,

@@ -381,3 +381,45 @@ fn a_volume_wider_than_single_precision_has_no_surface() {
     let wide = iso_capped(&volume(8e37), 0.5);
     assert!(wide.positions.as_flattened().iter().all(|v| v.is_finite()));
 }
+
+/// The word that an isosurface gives spares the cleaning of a mesh, and must change nothing.
+#[test]
+fn what_is_vouched_for_is_what_cleaning_makes() {
+    use dotwork_mesh::{Mesh, MeshOptions};
+    let dims = [31, 27, 66];
+    let turned =
+        DMat3::from_cols(DVec3::new(0.3, 0.2, 0.0), DVec3::new(0.2, -0.3, 0.1), DVec3::new(0.0, 0.1, 0.4));
+    let mut open = 0;
+    for linear in [DMat3::IDENTITY, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 2.5)), turned] {
+        for (kind, cap) in [(0, false), (0, true), (1, false), (1, true), (2, false), (2, true)] {
+            let affine = centered(dims, linear);
+            let samples: Vec<u8> = (0..dims.iter().product::<usize>())
+                .map(|i| {
+                    let at = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
+                    let middle = [0, 1, 2].map(|k| at[k] as f64 - dims[k] as f64 / 2.0);
+                    match kind {
+                        // Noise with every case a cell can have, its values often the iso value itself.
+                        0 => (hash(3, i as u64) % 5) as u8,
+                        // A ball within.
+                        1 => (4.0 - middle.iter().map(|v| v * v).sum::<f64>().sqrt() / 3.0).max(0.0) as u8,
+                        // A hollow within.
+                        _ => (middle.iter().map(|v| v * v).sum::<f64>().sqrt() / 3.0) as u8,
+                    }
+                })
+                .collect();
+            let volume = Volume::new(dims, Samples::U8(samples), Scaling::default(), affine).unwrap();
+            let raw = volume.isosurface(2.0, &IsoOptions { cap }, &mut Warnings::new()).unwrap();
+            assert!(raw.in_order.is_some());
+            let options = MeshOptions { orient: false, ..MeshOptions::default() };
+            let cleaned =
+                Mesh::build(RawMesh { in_order: None, ..raw.clone() }, &options, &mut Warnings::new());
+            let mut warnings = Warnings::new();
+            let trusted = Mesh::build(raw, &options, &mut warnings);
+            assert!(trusted == cleaned, "kind {kind}, cap {cap}");
+            assert_eq!(warnings.iter().count(), 0);
+            open += u32::from(!trusted.unwrap().closed);
+        }
+    }
+    // Noise without caps alone meets the border.
+    assert_eq!(open, 3);
+}

@@ -173,6 +173,7 @@ impl Object {
                     true => old.normals.iter().map(|n| n.to_array()).collect(),
                     false => Vec::new(),
                 },
+                in_order: None,
             };
             let options =
                 MeshOptions { crease_angle: style.crease_angle, orient: false, ..MeshOptions::default() };

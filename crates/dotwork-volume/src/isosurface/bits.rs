@@ -53,6 +53,23 @@ impl Bits {
         low_bits((self.columns - 1).saturating_sub(w * WORD))
     }
 
+    /// True if all samples on the six faces of the grid are inside, or none is: then no surface ends there.
+    pub(super) fn is_uniform_at_border(&self) -> bool {
+        let inside = self.row(0, 0)[0] & 1;
+        let last = self.columns - 1;
+        (0..self.layers).all(|z| {
+            (0..self.rows).all(|y| {
+                let row = self.row(y, z);
+                if [0, self.layers - 1].contains(&z) || [0, self.rows - 1].contains(&y) {
+                    let full = |w| low_bits(self.columns - w * WORD);
+                    (0..self.words).all(|w| row[w] == if inside == 1 { full(w) } else { 0 })
+                } else {
+                    row[0] & 1 == inside && row[last / WORD] >> (last % WORD) & 1 == inside
+                }
+            })
+        })
+    }
+
     /// Word `w` of the edges along `AXIS` from the samples of row `y` in layer `z`: those that are crossed.
     #[inline]
     pub(super) fn crossed<const AXIS: usize>(&self, y: usize, z: usize, w: usize) -> u64 {

@@ -21,7 +21,7 @@ mod field;
 mod slab;
 
 use dotwork_drawing::Warnings;
-use dotwork_mesh::RawMesh;
+use dotwork_mesh::{InOrder, RawMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
@@ -37,6 +37,9 @@ const SLAB_LAYERS: usize = 8;
 
 /// The most triangles, and more than enough vertices for them: meshes number corners with 32 bits.
 const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize;
+
+/// Along the longest side of a grid, samples up to which single precision is sure to keep vertices apart.
+const LARGEST_TOLD_APART: usize = 2048;
 
 /// How an isosurface is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -225,6 +228,9 @@ fn make<T: Ordered>(grid: &Grid<'_, T>) -> Option<RawMesh> {
         polygons: triangles,
         ..RawMesh::default()
     };
+    // A thousandth of an edge must tell vertices apart in single precision.
+    let told_apart = layers.max(grid.bits.rows()).max(grid.bits.words() * bits::WORD) <= LARGEST_TOLD_APART;
+    mesh.in_order = told_apart.then(|| InOrder { closed: grid.bits.is_uniform_at_border() });
     let mut outputs = Vec::with_capacity(layers.div_ceil(SLAB_LAYERS));
     let mut first_vertex = 0;
     let (mut positions, mut normals) = (&mut mesh.positions[..], &mut mesh.normals[..]);

@@ -135,6 +135,8 @@ impl Volume {
         // To the world, in double precision, and relative to the origin of meshes of this volume.
         let origin = self.mesh_origin();
         let offset = self.affine().point(first.map(|i| i as f64)) - origin;
+        // Moved vertices may meet.
+        mesh.in_order = None;
         for (place, p) in mesh.positions.iter_mut().zip(&placed) {
             *place = (linear * DVec3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z)) + offset)
                 .as_vec3()

@@ -100,6 +100,7 @@ fn flat(cut: &CutFace, face: &CutPlane, inks: &[f64]) -> RawMesh {
         colors: inks[face.vertices.clone()].iter().map(color).collect(),
         origin: cut.mesh.origin,
         polygons: face.triangles.len(),
+        in_order: None,
     }
 }
 
