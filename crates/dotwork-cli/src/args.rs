@@ -282,9 +282,9 @@ pub struct SceneArgs {
     #[arg(long, value_name = "FRAME", help_heading = "View")]
     pub light_frame: Option<LightFrame>,
 
-    /// which axis of the data points up: x, y or z [default: y; z for STL and
-    /// for volumes with an orientation]
-    #[arg(long, value_name = "AXIS", help_heading = "View")]
+    /// which axis of the data points up: x, y, z, or the other way -x, -y, -z
+    /// [default: y; z for STL and for volumes with an orientation]
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "View")]
     pub up: Option<UpAxis>,
 
     /// a scale bar: auto, or its length such as 50, 20mm or 100um; needs --ortho

@@ -46,6 +46,8 @@ fn cameras_follow_the_conventions() {
         ("--camera bottom", ("x", 1.0), ("z", 1.0), ("y", 1.0)),
         ("--camera 0,0 --up z", ("x", 1.0), ("z", 1.0), ("y", 1.0)),
         ("--camera right --up z", ("y", 1.0), ("z", 1.0), ("x", -1.0)),
+        ("--camera 0,0 --up -z", ("x", -1.0), ("z", -1.0), ("y", 1.0)),
+        ("--camera right --up=-y", ("z", -1.0), ("y", -1.0), ("x", 1.0)),
     ] {
         // Every side is inked, and nothing hides: all three directions are spanned.
         let t = table(&format!("{camera} --ortho --style flat --set visibility=through"));

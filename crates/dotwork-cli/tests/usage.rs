@@ -17,7 +17,7 @@ fn bad_options_are_usage_errors() {
         ("--light 3", "AZ,EL"),
         ("--light nan,0", "AZ,EL"),
         ("--light-frame sun", "viewer or object"),
-        ("--up w", "x, y or z"),
+        ("--up w", "x, y, z, -x, -y or -z"),
         ("--set tone", "key=value"),
         ("--set tone=2", "0 to 1"),
         ("--set gama=2", "did you mean 'gamma'"),

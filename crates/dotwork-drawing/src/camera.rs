@@ -27,7 +27,23 @@ pub enum UpAxis {
     Y,
     /// +z up, +x right, the front eye on −y.
     Z,
+    /// As [`UpAxis::X`], turned by half a turn before the front eye: −x up.
+    NegX,
+    /// As [`UpAxis::Y`], turned by half a turn before the front eye: −y up.
+    NegY,
+    /// As [`UpAxis::Z`], turned by half a turn before the front eye: −z up, as in scans that begin at the crown.
+    NegZ,
 }
+
+/// The axes by name.
+const UP_AXES: [(UpAxis, &str); 6] = [
+    (UpAxis::X, "x"),
+    (UpAxis::Y, "y"),
+    (UpAxis::Z, "z"),
+    (UpAxis::NegX, "-x"),
+    (UpAxis::NegY, "-y"),
+    (UpAxis::NegZ, "-z"),
+];
 
 impl UpAxis {
     /// The right, up and front (towards the front eye) axes of the data.
@@ -36,6 +52,9 @@ impl UpAxis {
             UpAxis::X => [Vec3::Z, Vec3::X, Vec3::Y],
             UpAxis::Y => [Vec3::X, Vec3::Y, Vec3::Z],
             UpAxis::Z => [Vec3::X, Vec3::Z, Vec3::NEG_Y],
+            UpAxis::NegX => [Vec3::NEG_Z, Vec3::NEG_X, Vec3::Y],
+            UpAxis::NegY => [Vec3::NEG_X, Vec3::NEG_Y, Vec3::Z],
+            UpAxis::NegZ => [Vec3::NEG_X, Vec3::NEG_Z, Vec3::NEG_Y],
         }
     }
 }
@@ -44,22 +63,17 @@ impl FromStr for UpAxis {
     type Err = String;
 
     fn from_str(s: &str) -> Result<Self, String> {
-        match s {
-            "x" => Ok(UpAxis::X),
-            "y" => Ok(UpAxis::Y),
-            "z" => Ok(UpAxis::Z),
-            _ => Err(format!("'{s}' is not an axis; write x, y or z")),
-        }
+        let named = UP_AXES.iter().find(|(_, name)| *name == s);
+        named
+            .map(|(axis, _)| *axis)
+            .ok_or_else(|| format!("'{s}' is not an axis; write x, y, z, -x, -y or -z"))
     }
 }
 
 impl fmt::Display for UpAxis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            UpAxis::X => "x",
-            UpAxis::Y => "y",
-            UpAxis::Z => "z",
-        })
+        let named = UP_AXES.iter().find(|(axis, _)| axis == self);
+        f.write_str(named.map_or("", |(_, name)| name))
     }
 }
 
@@ -302,7 +316,11 @@ mod tests {
             (UpAxis::Y, Vec3::Z, Vec3::X, Vec3::Y),
             (UpAxis::Z, Vec3::NEG_Y, Vec3::X, Vec3::Z),
             (UpAxis::X, Vec3::Y, Vec3::Z, Vec3::X),
+            (UpAxis::NegX, Vec3::Y, Vec3::NEG_Z, Vec3::NEG_X),
+            (UpAxis::NegY, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y),
+            (UpAxis::NegZ, Vec3::NEG_Y, Vec3::NEG_X, Vec3::NEG_Z),
         ] {
+            assert_eq!(up.to_string().parse(), Ok(up));
             let v = camera("0,0", false, up).view(Vec3::ZERO, 1.0, &page);
             assert_eq!((v.back, v.right, v.up), (back, right, upward));
             assert!((v.right.cross(v.up) - v.back).length() < 1e-6, "right-handed");
