@@ -405,10 +405,11 @@ Examples:
   dotwork bench
   dotwork bench bunny.ply dragon.ply.gz --size 1024 --threads 1
   dotwork bench engine.nrrd --iso 60
+  dotwork bench engine.nrrd --size 512 --rates --style papers
   dotwork bench --size 1024 --stipples 1000000 --set dot_size=1px
   dotwork bench --json > bench.json
 
-The fourth draws, writes and orders about 200,000 dots.")]
+The fifth draws, writes and orders about 200,000 dots.")]
 pub struct BenchArgs {
     /// meshes and volumes to measure with [default: demo:teapot demo:ribbon]
     #[arg(value_name = "INPUT")]
@@ -428,6 +429,12 @@ pub struct BenchArgs {
     /// [default: 512 and 1024]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Vec<[u32; 2]>,
+
+    /// measure frames a second too, as in the table of Lu et al. 2002:
+    /// stipples alone, and with lines, hiding and every enhancement; with the
+    /// view standing (the light turns) and turning
+    #[arg(long)]
+    pub rates: bool,
 
     /// print JSON [default: a table]
     #[arg(long)]

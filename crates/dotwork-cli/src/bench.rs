@@ -15,6 +15,10 @@ use crate::options::chosen_style;
 use crate::report::{self, Failure, Report};
 use crate::words::{grouped, seconds};
 
+mod rates;
+
+use rates::{DRAWN, Rate, everything};
+
 /// Frames drawn after the first one, each with the camera turned a little further; medians are taken over them.
 const FRAMES: usize = 20;
 
@@ -70,6 +74,8 @@ struct Frames {
     files: Vec<(&'static str, Cost, usize)>,
     /// Ordering its marks for a plotter.
     order: Cost,
+    /// Where asked for, the papers' table.
+    rates: Vec<Rate>,
 }
 
 /// The files that are written, to memory.
@@ -82,6 +88,8 @@ pub fn run(args: &BenchArgs, report: &mut Report) -> Result<(), Failure> {
     let inputs = if args.inputs.is_empty() { &defaults[..] } else { &args.inputs };
     let sizes = if args.size.is_empty() { vec![[512, 512], [1024, 1024]] } else { args.size.clone() };
     let style = chosen_style(&args.style)?;
+    // Curves are prepared with the object, dots and hiding may be left out afterwards.
+    let style = if args.rates { everything(&style) } else { style };
     let mut measured = Vec::new();
     for input in inputs {
         measured.push(measure(input, args, &style, &sizes, report)?);
@@ -123,7 +131,8 @@ fn measure(
     let mut frames = Vec::new();
     for &[width, height] in sizes {
         scene.page = Page::pixels(width, height).map_err(Failure::Usage)?;
-        frames.push(draw(&scene, [width, height]));
+        let rates = DRAWN.iter().filter(|_| args.rates).map(|&drawn| Rate::measure(&scene, drawn)).collect();
+        frames.push(Frames { rates, ..draw(&scene, [width, height]) });
     }
     let object = &scene.objects[0];
     Ok(Measured {
@@ -158,7 +167,7 @@ fn draw(scene: &Scene, size: [u32; 2]) -> Frames {
         let (_, costs) = frame(&scene);
         next.iter_mut().zip(costs).for_each(|(all, cost)| all.push(cost));
     }
-    Frames { size, dots, first, next: next.map(median), files, order }
+    Frames { size, dots, first, next: next.map(median), files, order, rates: Vec::new() }
 }
 
 /// Writes a drawing in each format.
@@ -206,6 +215,7 @@ fn as_json(measured: &[Measured], args: &BenchArgs) -> String {
                             "format": name, "write": cost.json(), "bytes": bytes,
                         })).collect::<Vec<_>>(),
                         "plot_order": f.order.json(),
+                        "rates": f.rates.iter().map(Rate::json).collect::<Vec<_>>(),
                     })
                 })
                 .collect();
@@ -262,6 +272,10 @@ fn as_table(measured: &[Measured], args: &BenchArgs) -> String {
             });
         }
         row("  order for a plotter", &|m| m.frames[k].order.words());
+        let rates = |m: &Measured| m.frames[k].rates.iter().flat_map(Rate::rows).collect::<Vec<_>>();
+        for (i, (name, _)) in rates(&measured[0]).iter().enumerate() {
+            row(name, &|m| rates(m)[i].1.clone());
+        }
     }
     let names = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let width = |c: usize| rows.iter().map(|(_, v)| v[c].chars().count()).max().unwrap_or(0);

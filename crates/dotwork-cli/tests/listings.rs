@@ -114,6 +114,27 @@ fn bench_measures() {
 }
 
 #[test]
+fn bench_shows_the_papers_table() {
+    let place = Place::new();
+    for (input, style) in [("demo:torus", "soft"), ("demo:shells", "papers")] {
+        let line = format!("bench {input} --stipples 2000 --size 64 --rates --style {style}");
+        let json = place.run(&format!("{line} --json")).ok().json();
+        let rates = json["inputs"][0]["frames"][0]["rates"].as_array().unwrap().clone();
+        let names: Vec<&str> = rates.iter().map(|r| r["drawn"].as_str().unwrap()).collect();
+        assert_eq!(names, ["stipples", "everything"], "{input}");
+        for rate in &rates {
+            for view in ["view_standing", "view_turning"] {
+                assert!(rate[view]["frames_per_s"].as_f64().unwrap() > 0.0, "{input} {view}");
+            }
+        }
+        let strokes = |k: usize| rates[k]["strokes"].as_u64().unwrap();
+        assert!(strokes(0) == 0 && strokes(1) > 0, "{input}: lines are in the second only");
+        let table = place.run(&line).ok().stdout;
+        assert!(table.contains("stipples alone: frames a second, view standing"), "{table}");
+    }
+}
+
+#[test]
 fn manual_pages_and_completions_are_made() {
     let place = Place::new();
     assert!(place.run("man").ok().stdout.starts_with(".ie"));
