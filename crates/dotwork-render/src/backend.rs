@@ -1,5 +1,7 @@
 //! The CPU backend: the readable reference that every other backend is compared with.
 
+use std::sync::Arc;
+
 use dotwork_drawing::{Dots, Drawing, Page, View};
 use dotwork_ink::lines::{SurfaceLines, VoxelCurves};
 use dotwork_ink::{Stock, Style};
@@ -10,7 +12,7 @@ use rayon::prelude::*;
 use crate::elements::{Asked, ElementSelector, ask};
 use crate::hiding::Hiding;
 use crate::layers::{Layers, Painter};
-use crate::outline::{CurveDrawer, Outliner};
+use crate::outline::LineDrawer;
 use crate::plan::InkPlan;
 use crate::select::Selector;
 
@@ -23,17 +25,17 @@ const SAMPLE: usize = 16_384;
 /// Bits of an id that belong to the stipple; the object's number stands above.
 const STIPPLE_BITS: u32 = 38;
 
-/// One object of a frame.
+/// One object of a frame. Mesh, lines and curves are shared: what was made from them is kept while they are the same.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its surface, which also hides.
-    pub mesh: &'a Mesh,
+    pub mesh: &'a Arc<Mesh>,
     /// The borders and creases of its surface, drawn with the outline.
-    pub lines: &'a SurfaceLines,
+    pub lines: &'a Arc<SurfaceLines>,
     /// The voxels of its silhouette curves, which take the place of its outline.
-    pub curves: Option<&'a VoxelCurves>,
+    pub curves: Option<&'a Arc<VoxelCurves>>,
     /// Its stipples.
     pub stock: &'a Stock,
     /// Its style.
@@ -55,7 +57,8 @@ pub struct Frame<'a> {
     pub page: &'a Page,
 }
 
-/// Draws frames on the CPU. Memory is kept from frame to frame: after the first frame of a scene no list grows while
+/// Draws frames on the CPU. What hides and the lines are kept while view, page and surfaces stay the same, so that a
+/// frame in which only light or tone change costs its dots. Memory is kept from frame to frame: after the first frame of a scene no list grows while
 /// the number of dots does not; what is left is the thread pool's own hand-over of work, and what lines of sight cross in
 /// translucent bodies, which is gathered anew.
 #[derive(Default)]
@@ -63,8 +66,7 @@ pub struct CpuBackend {
     hiding: Hiding,
     chunks: Vec<Dots>,
     painter: Painter,
-    outliner: Outliner,
-    curves: CurveDrawer,
+    lines: LineDrawer,
     /// What each element of the object at work asks for.
     asked: Vec<Asked>,
 }
@@ -104,28 +106,12 @@ impl CpuBackend {
             }
             self.chunks = chunks;
             let layer = layers.for_lines(subject);
-            if let Some(curves) = subject.curves {
-                let (hidden, id_base) = (self.hiding.of(subject.style), (k as u64) << STIPPLE_BITS);
-                let on = (frame.view, frame.page);
-                self.curves.draw(curves, subject.style, on, hidden, id_base, &mut layer.strokes);
-            } else if subject.style.outlines {
-                let hidden = self.hiding.of(subject.style);
-                let id_base = (k as u64) << STIPPLE_BITS;
-                let Frame { view, page, .. } = *frame;
-                self.outliner.draw(
-                    subject.mesh,
-                    subject.lines,
-                    subject.style,
-                    view,
-                    page,
-                    hidden,
-                    id_base,
-                    &mut layer.strokes,
-                );
-            }
+            let id_base = (k as u64) << STIPPLE_BITS;
+            self.lines.draw(frame, k, &self.hiding, id_base, &mut layer.strokes);
             layers.close_lines(subject);
         }
         layers.finish();
+        self.lines.forget_after(frame.subjects.len());
     }
 
     /// Draws an object whose elements have counts into `chunks`, and returns how many it filled.
@@ -236,3 +222,6 @@ fn in_chunks(
     });
     count
 }
+
+#[cfg(test)]
+mod tests;

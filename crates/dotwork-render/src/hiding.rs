@@ -2,12 +2,16 @@
 //!
 //! Objects of the role *context* hide themselves and each other, and nothing else. Where a *focus* lies behind them
 //! their own ink is thinned, so that one looks through them at what the picture is about.
+//!
+//! While view, page and surfaces stay the same, so do the buffers: only the first of such frames draws them.
 
 use dotwork_drawing::View;
 use dotwork_ink::{Role, Style, Visibility};
+use dotwork_mesh::Mesh;
 
-use crate::backend::Frame;
+use crate::backend::{Frame, Subject};
 use crate::depth::DepthBuffer;
+use crate::same::Seen;
 use crate::select::two_sided;
 use crate::veil::{Body, Veil};
 
@@ -21,6 +25,63 @@ pub(crate) struct Hiding {
     /// The surfaces of what the picture is about; drawn only where there are contexts.
     focus: DepthBuffer,
     veil: Veil,
+    /// What the buffers show.
+    shown: Option<Shown>,
+    /// Changes whenever they do.
+    version: u64,
+}
+
+/// What all that hides depends on.
+struct Shown {
+    view: View,
+    size: [u32; 2],
+    surfaces: Vec<Surface>,
+}
+
+/// A surface, and what its style says about hiding.
+struct Surface {
+    mesh: Seen<Mesh>,
+    way: Way,
+}
+
+/// How a style makes a surface hide.
+#[derive(PartialEq)]
+struct Way {
+    two_sided: bool,
+    role: Role,
+    visibility: Visibility,
+    occlusion: f32,
+}
+
+impl Way {
+    fn of(style: &Style, closed: bool) -> Way {
+        let Style { role, visibility, occlusion, .. } = *style;
+        Way { two_sided: two_sided(style, closed), role, visibility, occlusion }
+    }
+}
+
+impl Shown {
+    fn of(frame: &Frame) -> Shown {
+        let surface = |subject: &Subject| Surface {
+            mesh: Seen::of(subject.mesh),
+            way: Way::of(subject.style, subject.mesh.closed),
+        };
+        Shown {
+            view: *frame.view,
+            size: [frame.page.width, frame.page.height],
+            surfaces: frame.subjects.iter().map(surface).collect(),
+        }
+    }
+
+    fn is(&self, frame: &Frame) -> bool {
+        let same = |(surface, subject): (&Surface, &Subject)| {
+            surface.mesh.is(subject.mesh) && surface.way == Way::of(subject.style, subject.mesh.closed)
+        };
+        self.view == *frame.view
+            && self.size == [frame.page.width, frame.page.height]
+            && self.surfaces.len() == frame.subjects.len()
+            && self.surfaces.iter().zip(frame.subjects).all(same)
+    }
 }
 
 /// What hides and thins the places of one object.
@@ -35,8 +96,13 @@ pub(crate) struct Hidden<'a> {
 }
 
 impl Hiding {
-    /// Draws what hides.
+    /// Draws what hides, unless it is there already.
     pub fn draw(&mut self, frame: &Frame) {
+        if self.shown.as_ref().is_some_and(|shown| shown.is(frame)) {
+            return;
+        }
+        self.shown = Some(Shown::of(frame));
+        self.version += 1;
         let contexts = frame.subjects.iter().any(|s| s.style.role == Role::Context);
         let mut bodies = Vec::new();
         let buffers = [&mut self.depth, &mut self.with_contexts, &mut self.focus];
@@ -68,6 +134,11 @@ impl Hiding {
             }
         }
         self.veil.draw(&bodies, frame.view, frame.page.width, frame.page.height);
+    }
+
+    /// A number that stays the same as long as view, page size and all that hides do.
+    pub fn version(&self) -> u64 {
+        self.version
     }
 
     /// What hides the places of an object that is drawn in `style`.

@@ -17,6 +17,7 @@ mod layers;
 mod outline;
 mod plan;
 mod raster;
+mod same;
 mod select;
 mod veil;
 

@@ -29,7 +29,7 @@ struct Planned {
     plan: InkPlan,
     /// The borders and creases of the object's surface.
     mesh: Arc<Mesh>,
-    lines: SurfaceLines,
+    lines: Arc<SurfaceLines>,
     /// How they were found.
     edges: Edges,
 }
@@ -134,7 +134,7 @@ impl Artist {
                     mesh: object.mesh.clone(),
                     lines: match same {
                         Some(old) => std::mem::take(&mut old.lines),
-                        None => edges.lines(&object.mesh),
+                        None => Arc::new(edges.lines(&object.mesh)),
                     },
                     edges,
                     stock: stock.clone(),
@@ -165,7 +165,7 @@ fn see<'a>(scene: &'a Scene, plans: &'a [Planned]) -> Seen<'a> {
             name: &object.name,
             mesh: &object.mesh,
             lines: &planned.lines,
-            curves: object.curves.as_deref().filter(|_| object.draws_curves()),
+            curves: object.curves.as_ref().filter(|_| object.draws_curves()),
             stock: &planned.stock,
             style: &planned.style,
             plan: &planned.plan,

@@ -102,14 +102,14 @@ struct Crossing {
     length: f32,
 }
 
-/// A segment of the contour inside a triangle.
+/// A segment of the contour inside a triangle. Few bytes, since segments are looked at in the order of the chains; their
+/// places are made in the order of the triangles and lie apart.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    triangle: u32,
     /// Where it begins and ends: on an edge, as its pair of vertices, the smaller first; on a side of a sharp edge, in
     /// the order in which that side's face runs along it; at a vertex, as that twice.
     edge: [u64; 2],
-    at: [Crossing; 2],
+    triangle: u32,
     /// The surface is convex along the line of sight.
     convex: bool,
 }
@@ -118,103 +118,99 @@ struct Segment {
 #[derive(Default)]
 pub struct Contours {
     g: Vec<f32>,
-    found: Vec<Vec<Segment>>,
+    found: Vec<(Vec<Segment>, Vec<[Crossing; 2]>)>,
     /// For each sharp edge whether some of it is contour in this view.
     turned: Vec<bool>,
+    /// Those in faces, in the order of their triangles, and then those along sharp edges.
     segments: Vec<Segment>,
-    /// The ends of all segments, by edge.
-    ends: Vec<(u64, u32)>,
+    /// The ends of each segment.
+    ends: Vec<[Crossing; 2]>,
+    /// Ends that have met no other yet, by their place.
+    waiting: Waiting,
     /// For each end of each segment, the end that it meets, or `NONE`.
     meets: Vec<u32>,
     used: Vec<bool>,
+    /// The ends of segments that are the chains' points, in order.
+    order: Vec<u32>,
     chains: Chains,
 }
 
 /// No end of a segment.
 const NONE: u32 = u32::MAX;
 
+/// Points of chains that a task places.
+const POINTS: usize = 1024;
+
 impl Contours {
     /// Finds the contours of `mesh`, whose sharp edges are `creases`, as seen from `eye`. They are in an order that
     /// depends on nothing but the mesh and the eye; the direction of a chain is that in which its first triangle lies.
+    /// Chains of which the surface itself hides all are left out.
     pub fn trace(&mut self, mesh: &Mesh, creases: &Creases, eye: Eye) -> &Chains {
-        self.find(mesh, creases, eye);
+        let surface = Smooth::new(mesh, creases);
+        self.find(&surface, eye);
         self.along_creases(mesh, creases, eye);
         self.join();
         self.chain();
+        self.place();
         &self.chains
     }
 
-    /// Finds the segments, in the order of their triangles.
-    fn find(&mut self, mesh: &Mesh, creases: &Creases, eye: Eye) {
-        let (all_normals, corner_normals) = match creases.edges.is_empty() {
-            true => (&mesh.normals, &mesh.corner_normals),
-            false => (&creases.normals, &creases.corner_normals),
-        };
+    /// Finds the segments in faces, in the order of their triangles.
+    fn find(&mut self, surface: &Smooth, eye: Eye) {
+        let mesh = surface.mesh;
         // Where no normal is split, a vertex has one value of g.
-        let smooth = all_normals.len() == mesh.positions.len();
+        let smooth = surface.normals.len() == mesh.positions.len();
         if smooth {
             let g = |(&p, &n): (&Vec3, &Vec3)| n.dot(eye.from(p));
-            (&mesh.positions, &mesh.normals)
+            (&mesh.positions, surface.normals)
                 .into_par_iter()
                 .with_min_len(CHUNK)
                 .map(g)
                 .collect_into_vec(&mut self.g);
         }
         let g = &self.g;
-        let look = |(k, triangles): (usize, &[[u32; 3]]), found: &mut Vec<Segment>| {
-            found.clear();
+        let look = |(k, triangles): (usize, &[[u32; 3]]), (segments, ends): &mut (Vec<_>, Vec<_>)| {
+            segments.clear();
+            ends.clear();
             for (i, &triangle) in triangles.iter().enumerate() {
                 let t = k * CHUNK + i;
-                let values = if smooth {
-                    triangle.map(|v| g[v as usize])
-                } else {
-                    let normals = corner_normals[t];
-                    [0, 1, 2].map(|c| {
-                        let p = mesh.positions[triangle[c] as usize];
-                        all_normals[normals[c] as usize].dot(eye.from(p))
-                    })
-                };
+                let values =
+                    if smooth { triangle.map(|v| g[v as usize]) } else { surface.values(t, triangle, eye) };
                 let [a, b, c] = values.map(|v| v >= 0.0);
                 if (a != b) | (b != c) {
-                    let face = Face {
-                        t: t as u32,
-                        vertices: triangle,
-                        corners: triangle.map(|v| mesh.positions[v as usize]),
-                        normals: corner_normals[t].map(|n| all_normals[n as usize]),
-                        sharp: creases.sharp.get(t).copied().unwrap_or(0),
-                    };
-                    found.push(face.segment(eye, values));
+                    let face = surface.face(t);
+                    segments.push(face.segment(eye, values));
+                    ends.push(face.crossed(values).map(|corner| face.cross(corner, values)));
                 }
             }
         };
         let chunks = mesh.triangles.len().div_ceil(CHUNK);
-        self.found.resize_with(chunks.max(self.found.len()), Vec::new);
+        self.found.resize_with(chunks.max(self.found.len()), Default::default);
         mesh.triangles
             .par_chunks(CHUNK)
             .enumerate()
             .zip(&mut self.found)
             .for_each(|(chunk, found)| look(chunk, found));
         self.segments.clear();
-        for found in &self.found[..chunks] {
-            self.segments.extend_from_slice(found);
+        self.ends.clear();
+        for (segments, ends) in &self.found[..chunks] {
+            self.segments.extend_from_slice(segments);
+            self.ends.extend_from_slice(ends);
         }
     }
 
     /// Finds for each end of a segment the one that it meets. Where more than two meet (an edge with three faces),
     /// the first two in the order of triangles do.
     fn join(&mut self) {
-        self.ends.clear();
-        for (s, segment) in self.segments.iter().enumerate() {
-            self.ends.push((segment.edge[0], 2 * s as u32));
-            self.ends.push((segment.edge[1], 2 * s as u32 + 1));
-        }
-        self.ends.par_sort_unstable();
         self.meets.clear();
-        self.meets.resize(self.ends.len(), NONE);
-        for same in self.ends.chunk_by(|a, b| a.0 == b.0) {
-            for pair in same.chunks_exact(2) {
-                let (a, b) = (pair[0].1, pair[1].1);
-                (self.meets[a as usize], self.meets[b as usize]) = (b, a);
+        self.meets.resize(2 * self.segments.len(), NONE);
+        self.waiting.clear(self.segments.len());
+        for (s, segment) in self.segments.iter().enumerate() {
+            for (k, &edge) in segment.edge.iter().enumerate() {
+                let end = (2 * s + k) as u32;
+                if let Some(other) = self.waiting.meet(edge, end) {
+                    (self.meets[end as usize], self.meets[other as usize]) = (other, end);
+                }
             }
         }
     }
@@ -222,12 +218,16 @@ impl Contours {
     /// Follows the segments from end to end: first those that begin somewhere, then the closed ones.
     fn chain(&mut self) {
         self.chains.clear();
+        self.order.clear();
         self.used.clear();
         self.used.resize(self.segments.len(), false);
         for closed in [false, true] {
             for s in 0..self.segments.len() as u32 {
+                if self.used[s as usize] {
+                    continue;
+                }
                 let free = [2 * s, 2 * s + 1].into_iter().find(|&e| closed || self.meets[e as usize] == NONE);
-                if let (Some(end), false) = (free, self.used[s as usize]) {
+                if let Some(end) = free {
                     self.follow(end);
                 }
             }
@@ -236,35 +236,141 @@ impl Contours {
 
     /// The chain that begins at this end of a segment.
     fn follow(&mut self, first: u32) {
+        let (chains, order) = (&mut self.chains, &mut self.order);
+        let start = order.len();
+        let convex = |e: u32| self.segments[e as usize / 2].convex;
         let mut end = first;
-        let chains = &mut self.chains;
-        let place = |e: u32| {
-            let segment = &self.segments[e as usize / 2];
-            (segment.at[e as usize % 2], segment.convex)
-        };
-        let mut push = |at: Crossing, open: bool| {
-            chains.point.push(at.point);
-            chains.normal.push(at.normal);
-            chains.edge.push(at.length);
-            chains.open.push(open);
-        };
-        let (at, convex) = place(first);
-        push(at, convex);
+        order.push(first);
+        chains.open.push(convex(first));
         loop {
             self.used[end as usize / 2] = true;
             let other = end ^ 1;
-            let (at, convex) = place(other);
             let next = self.meets[other as usize];
             let ended = next == NONE || self.used[next as usize / 2];
+            order.push(other);
             // A point between two segments is open if either is: a single triangle's sign is noise.
-            push(at, convex || (!ended && place(next).1));
+            chains.open.push(convex(other) || (!ended && convex(next)));
             if ended {
                 break;
             }
             end = next;
         }
-        chains.end.push(chains.point.len() as u32);
+        if !chains.open[start..].contains(&true) {
+            order.truncate(start);
+            chains.open.truncate(start);
+            return;
+        }
+        chains.end.push(order.len() as u32);
         chains.triangle.push(self.segments[first as usize / 2].triangle);
+    }
+
+    /// Places the points of the chains.
+    fn place(&mut self) {
+        let Contours { order, ends, chains, .. } = self;
+        chains.point.resize(order.len(), Vec3::ZERO);
+        chains.normal.resize(order.len(), Vec3::ZERO);
+        chains.edge.resize(order.len(), 0.0);
+        (
+            order.par_chunks(POINTS),
+            chains.point.par_chunks_mut(POINTS),
+            chains.normal.par_chunks_mut(POINTS),
+            chains.edge.par_chunks_mut(POINTS),
+        )
+            .into_par_iter()
+            .for_each(|(order, point, normal, edge)| {
+                for (i, &end) in order.iter().enumerate() {
+                    let at = ends[end as usize / 2][end as usize % 2];
+                    (point[i], normal[i], edge[i]) = (at.point, at.normal, at.length);
+                }
+            });
+    }
+}
+
+/// Ends of segments that have met no other yet: a table hashed by place, in which an end is found at its place or after it.
+#[derive(Default)]
+struct Waiting {
+    /// Place and end; `NONE` where there is none. A place stays when its end has been met, so that searches pass it.
+    table: Vec<(u64, u32)>,
+    /// Its length, a power of two, less one.
+    mask: usize,
+}
+
+impl Waiting {
+    /// Empties it, for the ends of so many segments.
+    fn clear(&mut self, segments: usize) {
+        // Two ends a place, but at borders: at most half full, and at most full at all.
+        let length = (2 * segments + 1).next_power_of_two();
+        self.mask = length - 1;
+        self.table.clear();
+        self.table.resize(length, (EMPTY, NONE));
+    }
+
+    /// The end that waits at a place; if there is none, `end` does from now on.
+    #[inline]
+    fn meet(&mut self, place: u64, end: u32) -> Option<u32> {
+        // Fibonacci hashing: the high bits depend on all of both vertices.
+        let mut slot = (place.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize & self.mask;
+        loop {
+            let (at, waits) = &mut self.table[slot];
+            if *at == place {
+                let other = std::mem::replace(waits, NONE);
+                if other == NONE {
+                    *waits = end;
+                    return None;
+                }
+                return Some(other);
+            }
+            if *at == EMPTY {
+                (*at, *waits) = (place, end);
+                return None;
+            }
+            slot = (slot + 1) & self.mask;
+        }
+    }
+}
+
+/// No place: no mesh has vertices of this number.
+const EMPTY: u64 = u64::MAX;
+
+/// A mesh with the normals that contours go by.
+struct Smooth<'a> {
+    mesh: &'a Mesh,
+    creases: &'a Creases,
+    normals: &'a [Vec3],
+    /// For each triangle corner its normal in `normals`.
+    corner_normals: &'a [[u32; 3]],
+}
+
+impl<'a> Smooth<'a> {
+    fn new(mesh: &'a Mesh, creases: &'a Creases) -> Smooth<'a> {
+        let (normals, corner_normals) = match creases.edges.is_empty() {
+            true => (&mesh.normals, &mesh.corner_normals),
+            false => (&creases.normals, &creases.corner_normals),
+        };
+        Smooth { mesh, creases, normals, corner_normals }
+    }
+
+    /// The values of g at the corners of triangle `t`.
+    #[inline(always)]
+    fn values(&self, t: usize, triangle: [u32; 3], eye: Eye) -> [f32; 3] {
+        let normals = self.corner_normals[t];
+        [0, 1, 2].map(|c| {
+            let p = self.mesh.positions[triangle[c] as usize];
+            self.normals[normals[c] as usize].dot(eye.from(p))
+        })
+    }
+
+    /// Triangle `t`.
+    #[inline(always)]
+    fn face(&self, t: usize) -> Face {
+        let vertices = self.mesh.triangles[t];
+        Face {
+            t: t as u32,
+            vertices,
+            corners: vertices.map(|v| self.mesh.positions[v as usize]),
+            normals: self.corner_normals[t].map(|n| self.normals[n as usize]),
+            sharp: self.creases.sharp.get(t).copied().unwrap_or(0),
+        }
     }
 }
 
@@ -285,10 +391,10 @@ struct Face {
 }
 
 impl Face {
-    /// Its segment, for the values at the corners, which differ in sign.
-    #[inline]
-    fn segment(&self, eye: Eye, g: [f32; 3]) -> Segment {
-        let p = self.corners;
+    /// The corners from which the two edges begin that the contour crosses, for the values at the corners, which differ
+    /// in sign.
+    #[inline(always)]
+    fn crossed(&self, g: [f32; 3]) -> [usize; 2] {
         let [inside_a, inside_b, inside_c] = g.map(|v| v >= 0.0);
         // The corner whose sign is alone.
         let alone = if inside_b == inside_c {
@@ -298,19 +404,33 @@ impl Face {
         } else {
             2
         };
-        let (edge_a, at_a) = self.cross(alone, g);
-        let (edge_b, at_b) = self.cross((alone + 2) % 3, g);
+        [alone, (alone + 2) % 3]
+    }
+
+    /// Its segment, for the values at the corners, which differ in sign.
+    #[inline]
+    fn segment(&self, eye: Eye, g: [f32; 3]) -> Segment {
+        let p = self.corners;
         // The gradient of g in the triangle, times the triangle's squared area, along the line of sight.
         let (ab, ac) = (p[1] - p[0], p[2] - p[0]);
         let n = ab.cross(ac);
         let sight = eye.from((p[0] + p[1] + p[2]) * (1.0 / 3.0));
         let growth = (g[1] - g[0]) * n.cross(-ac).dot(sight) + (g[2] - g[0]) * n.cross(ab).dot(sight);
-        Segment { triangle: self.t, edge: [edge_a, edge_b], at: [at_a, at_b], convex: growth > 0.0 }
+        let edge = self.crossed(g).map(|k| self.place_on(k));
+        Segment { triangle: self.t, edge, convex: growth > 0.0 }
     }
 
-    /// Where the contour crosses the edge from corner `k` to the next, and the name of that place.
+    /// The name of the place where the contour crosses the edge from corner `k` to the next.
     #[inline(always)]
-    fn cross(&self, k: usize, g: [f32; 3]) -> (u64, Crossing) {
+    fn place_on(&self, k: usize) -> u64 {
+        let (from, to) = (self.vertices[k], self.vertices[(k + 1) % 3]);
+        // Each side of a sharp edge has its own place.
+        if self.sharp >> k & 1 == 1 { key(from, to) } else { key(from.min(to), from.max(to)) }
+    }
+
+    /// Where the contour crosses the edge from corner `k` to the next.
+    #[inline(always)]
+    fn cross(&self, k: usize, g: [f32; 3]) -> Crossing {
         let next = (k + 1) % 3;
         // The crossing must be the same point from both of the edge's triangles: taken from the smaller vertex on.
         let (i, j) = if self.vertices[k] < self.vertices[next] { (k, next) } else { (next, k) };
@@ -321,13 +441,13 @@ impl Face {
         let normal = from + (to - from) * s;
         let length = along.length();
         if self.sharp >> k & 1 == 1 {
-            // Each side of a sharp edge has its own place, on the edge itself.
-            return (key(self.vertices[k], self.vertices[next]), Crossing { point, normal, length });
+            // On the edge itself.
+            return Crossing { point, normal, length };
         }
         let bulge = ((1.0 - s) * s) * (to * (s * along.dot(to)) - from * ((1.0 - s) * along.dot(from)));
         let most = MOST_BULGE * length;
         let bulge = if bulge.length_squared() > most * most { bulge.normalize() * most } else { bulge };
-        (key(self.vertices[i], self.vertices[j]), Crossing { point: point + bulge, normal, length })
+        Crossing { point: point + bulge, normal, length }
     }
 }
 
@@ -371,12 +491,9 @@ impl Contours {
                 }
                 let at =
                     |s: f32| Crossing { point: p[0] + (p[1] - p[0]) * s, normal: Vec3::ZERO, length: 0.0 };
-                self.segments.push(Segment {
-                    triangle: edge.faces[0],
-                    edge: [from_key, to_key],
-                    at: [at(from), at(to)],
-                    convex: edge.angle > 0.0,
-                });
+                let convex = edge.angle > 0.0;
+                self.segments.push(Segment { triangle: edge.faces[0], edge: [from_key, to_key], convex });
+                self.ends.push([at(from), at(to)]);
             }
             self.turned.push(self.segments.len() > before);
         }

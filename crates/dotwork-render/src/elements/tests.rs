@@ -1,4 +1,5 @@
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Color, Drawing, Length, Warnings};
 use dotwork_ink::bake::{VoxelSettings, Voxels, reference_scale, voxel};
@@ -79,7 +80,7 @@ fn camera(direction: &str) -> Camera {
 }
 
 fn draw(stock: &Stock, style: &Style, camera: &Camera) -> Dots {
-    let (mesh, page) = (ball(), Page::pixels(600, 600).unwrap());
+    let (mesh, page) = (Arc::new(ball()), Page::pixels(600, 600).unwrap());
     let view = camera.view(Vec3::ZERO, 1.5, &page);
     let plan = InkPlan::new(stock, style, &page);
     let subject = Subject {

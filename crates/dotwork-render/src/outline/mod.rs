@@ -13,15 +13,17 @@
 
 use dotwork_drawing::{Page, Projection, StrokeKind, Strokes, View};
 use dotwork_ink::Style;
-use dotwork_ink::lines::{Contours, Eye, SurfaceLines};
+use dotwork_ink::lines::{Chains, Contours, Eye, SurfaceLines};
 use dotwork_mesh::Mesh;
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
+mod kept;
 mod path;
 mod taken;
 mod voxels;
 
-pub(crate) use voxels::CurveDrawer;
+pub(crate) use kept::LineDrawer;
 
 use crate::hiding::Hidden;
 use crate::outline::path::{
@@ -39,6 +41,13 @@ const FARTHEST: f32 = 12.0;
 /// Lines behind translucent matter are drawn down to this transmittance.
 const FAINTEST: f32 = 0.35;
 
+/// Points of chains that a task draws.
+const POINTS: usize = 2048;
+
+/// A line is at most this many times as long as the straight lines between its points: [`hermite`] leaves out tangents
+/// that turn away from the way by over 37°, and with those that stay the way grows by a factor of 1.36 at most.
+const DETOUR: f32 = 1.5;
+
 /// Rounds of smoothing with weights 1 2 1: a Gaussian of 2 pixels at points 1.5 pixels apart.
 const SMOOTHING: usize = 4;
 
@@ -52,6 +61,15 @@ const CREASES: u64 = 1 << 34;
 #[derive(Default)]
 pub(crate) struct Outliner {
     contours: Contours,
+    /// For each task the chains that it draws.
+    shares: Vec<std::ops::Range<usize>>,
+    pens: Vec<Pen>,
+    taken: Taken,
+}
+
+/// Draws one line after the other.
+#[derive(Default)]
+struct Pen {
     /// The points of the chain at work.
     line: Vec<Sample>,
     /// Points of the stretch at work, before and after a round of smoothing.
@@ -60,7 +78,8 @@ pub(crate) struct Outliner {
     kept: Vec<bool>,
     stack: Vec<(usize, usize)>,
     piece: Vec<Sample>,
-    taken: Taken,
+    /// What it has drawn.
+    strokes: Strokes,
 }
 
 impl Outliner {
@@ -86,26 +105,15 @@ impl Outliner {
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
         let chains = contours.trace(mesh, &lines.creases, eye);
-        for k in 0..chains.len() {
-            let range = chains.points(k);
-            let closed = range.len() > 3 && chains.point[range.start] == chains.point[range.end - 1];
-            let id = id_base | u64::from(chains.triangle[k]);
-            let points = range.map(|i| Place {
-                point: chains.point[i],
-                normal: chains.normal[i],
-                edge: chains.edge[i],
-                open: chains.open[i],
-            });
-            sheet.line(points, &mut self.line);
-            self.stretches(StrokeKind::Silhouette, closed, shortest, id, strokes);
-        }
+        self.outlines(chains, &sheet, shortest, id_base, strokes);
+        let pen = &mut self.pens[0];
         let place =
             |v: u32| Place { point: mesh.positions[v as usize], normal: Vec3::ZERO, edge: 0.0, open: true };
         for border in &lines.borders {
             let closed = border.len() > 3 && border.first() == border.last();
-            sheet.line(border.iter().copied().map(place), &mut self.line);
+            sheet.line(border.iter().copied().map(place), &mut pen.line);
             let id = id_base | BORDERS | u64::from(border[0]);
-            self.stretches(StrokeKind::Border, closed, shortest, id, strokes);
+            pen.stretches(StrokeKind::Border, closed, shortest, id, strokes);
         }
         if style.creases {
             // What is outline in this view has been drawn as that.
@@ -118,8 +126,8 @@ impl Outliner {
                 };
                 let vertices = std::iter::once(ends(&piece[0])[0]).chain(piece.iter().map(|e| ends(e)[1]));
                 let closed = piece.len() > 2 && ends(&piece[0])[0] == ends(&piece[piece.len() - 1])[1];
-                sheet.line(vertices.map(place), &mut self.line);
-                self.stretches(
+                sheet.line(vertices.map(place), &mut pen.line);
+                pen.stretches(
                     StrokeKind::Crease,
                     closed,
                     shortest,
@@ -132,6 +140,34 @@ impl Outliner {
         if style.creases && !lines.ridges.end.is_empty() {
             self.ridges(lines, &sheet, shortest, id_base, strokes);
         }
+    }
+
+    /// Draws the outlines along `chains`, side by side.
+    fn outlines(
+        &mut self,
+        chains: &Chains,
+        sheet: &Sheet,
+        shortest: f32,
+        id_base: u64,
+        strokes: &mut Strokes,
+    ) {
+        self.shares.clear();
+        let mut from = 0;
+        for k in 0..chains.len() {
+            if k + 1 == chains.len() || chains.points(k).end - chains.points(from).start >= POINTS {
+                self.shares.push(from..k + 1);
+                from = k + 1;
+            }
+        }
+        let count = self.shares.len();
+        self.pens.resize_with(count.max(self.pens.len()).max(1), Pen::default);
+        self.pens[..count].par_iter_mut().zip(&self.shares).for_each(|(pen, share)| {
+            pen.strokes.clear();
+            for k in share.clone() {
+                pen.outline(chains, k, sheet, shortest, id_base);
+            }
+        });
+        self.pens[..count].iter().for_each(|pen| strokes.extend_from(&pen.strokes));
     }
 
     /// Draws the creases of a surface whose edges are rounded, where they do not run along its outline: seen from the
@@ -156,17 +192,51 @@ impl Outliner {
                 }
             }
         }
+        let pen = &mut self.pens[0];
         for k in 0..lines.ridges.end.len() {
             let points = lines.ridges.points(k);
             let closed = points.len() > 3 && points.first() == points.last();
             let place = |&point: &Vec3| Place { point, normal: Vec3::ZERO, edge: 0.0, open: true };
-            sheet.line(points.iter().map(place), &mut self.line);
-            for p in &mut self.line {
+            sheet.line(points.iter().map(place), &mut pen.line);
+            for p in &mut pen.line {
                 p.corner = false;
                 p.visible &= !self.taken.near(p.at);
             }
-            self.stretches(StrokeKind::Crease, closed, shortest, id_base | CREASES | k as u64, strokes);
+            pen.stretches(StrokeKind::Crease, closed, shortest, id_base | CREASES | k as u64, strokes);
         }
+    }
+}
+
+impl Pen {
+    /// Draws the outline along chain `k`.
+    fn outline(&mut self, chains: &Chains, k: usize, sheet: &Sheet, shortest: f32, id_base: u64) {
+        let range = chains.points(k);
+        // Noise makes many chains that are too short whatever hides them.
+        let on_page = |i: usize| {
+            let (x, y, _) = sheet.view.project(chains.point[i]);
+            Vec2::new(x, y)
+        };
+        let (mut length, mut last) = (0.0, on_page(range.start));
+        for i in range.clone().skip(1) {
+            let here = on_page(i);
+            length += (here - last).length();
+            last = here;
+        }
+        if length * DETOUR < shortest {
+            return;
+        }
+        let closed = range.len() > 3 && chains.point[range.start] == chains.point[range.end - 1];
+        let id = id_base | u64::from(chains.triangle[k]);
+        let points = range.map(|i| Place {
+            point: chains.point[i],
+            normal: chains.normal[i],
+            edge: chains.edge[i],
+            open: chains.open[i],
+        });
+        sheet.line(points, &mut self.line);
+        let mut strokes = std::mem::take(&mut self.strokes);
+        self.stretches(StrokeKind::Silhouette, closed, shortest, id, &mut strokes);
+        self.strokes = strokes;
     }
 
     /// Draws the visible stretches of the line in `line`.
@@ -318,7 +388,8 @@ impl Sheet<'_> {
                 let at = p.at + p.outwards * 2.0;
                 v.transmittance(at.x, at.y, p.depth) < FAINTEST
             };
-            p.visible &= on_page
+            p.visible = p.visible
+                && on_page
                 && !veil.is_some_and(veiled)
                 && !depth
                     .is_some_and(|d| d.hides_line(view, p.at.into(), p.depth, p.outwards.into(), p.reach));

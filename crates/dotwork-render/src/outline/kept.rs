@@ -1,0 +1,129 @@
+//! The lines of each object of a frame, kept while nothing that they depend on changes.
+
+use dotwork_drawing::{Length, Page, Strokes};
+use dotwork_ink::lines::{Criteria, SurfaceLines, VoxelCurves};
+use dotwork_ink::{CurvesMethod, Role, Style, Visibility};
+use dotwork_mesh::Mesh;
+
+use super::Outliner;
+use super::voxels::CurveDrawer;
+use crate::backend::{Frame, Subject};
+use crate::hiding::Hiding;
+use crate::same::Seen;
+
+/// Draws outlines and curves. Memory is kept from frame to frame.
+#[derive(Default)]
+pub(crate) struct LineDrawer {
+    outliner: Outliner,
+    curves: CurveDrawer,
+    /// The lines of each object.
+    kept: Vec<Kept>,
+}
+
+/// The lines of an object.
+#[derive(Default)]
+struct Kept {
+    of: Option<Of>,
+    strokes: Strokes,
+}
+
+/// What lines depend on.
+struct Of {
+    /// The version of what hides, and with it the view.
+    hiding: u64,
+    page: Page,
+    mesh: Seen<Mesh>,
+    lines: Seen<SurfaceLines>,
+    curves: Option<Seen<VoxelCurves>>,
+    way: Way,
+}
+
+/// How a style draws lines.
+#[derive(PartialEq)]
+struct Way {
+    outlines: bool,
+    creases: bool,
+    width: Length,
+    shortest: Length,
+    method: CurvesMethod,
+    criteria: Criteria,
+    visibility: Visibility,
+    role: Role,
+    context_thin: f32,
+}
+
+impl Way {
+    fn of(style: &Style) -> Way {
+        Way {
+            outlines: style.outlines,
+            creases: style.creases,
+            width: style.outline,
+            shortest: style.outline_min,
+            method: style.curves_method,
+            criteria: Criteria::of(style),
+            visibility: style.visibility,
+            role: style.role,
+            context_thin: style.context_thin,
+        }
+    }
+}
+
+impl Of {
+    fn new(frame: &Frame, subject: &Subject, hiding: u64) -> Of {
+        Of {
+            hiding,
+            page: *frame.page,
+            mesh: Seen::of(subject.mesh),
+            lines: Seen::of(subject.lines),
+            curves: subject.curves.map(Seen::of),
+            way: Way::of(subject.style),
+        }
+    }
+
+    fn is(&self, frame: &Frame, subject: &Subject, hiding: u64) -> bool {
+        let curves = match (&self.curves, subject.curves) {
+            (Some(seen), Some(curves)) => seen.is(curves),
+            (None, None) => true,
+            _ => false,
+        };
+        curves
+            && self.hiding == hiding
+            && self.page == *frame.page
+            && self.mesh.is(subject.mesh)
+            && self.lines.is(subject.lines)
+            && self.way == Way::of(subject.style)
+    }
+}
+
+impl LineDrawer {
+    /// Appends the lines of object `k` to `strokes`.
+    pub fn draw(&mut self, frame: &Frame, k: usize, hiding: &Hiding, id_base: u64, strokes: &mut Strokes) {
+        let subject = &frame.subjects[k];
+        if subject.curves.is_none() && !subject.style.outlines {
+            return;
+        }
+        if self.kept.len() <= k {
+            self.kept.resize_with(k + 1, Kept::default);
+        }
+        let kept = &mut self.kept[k];
+        let version = hiding.version();
+        if !kept.of.as_ref().is_some_and(|of| of.is(frame, subject, version)) {
+            kept.of = Some(Of::new(frame, subject, version));
+            kept.strokes.clear();
+            let Frame { view, page, .. } = *frame;
+            let hidden = hiding.of(subject.style);
+            if let Some(curves) = subject.curves {
+                self.curves.draw(curves, subject.style, (view, page), hidden, id_base, &mut kept.strokes);
+            } else {
+                let Subject { mesh, lines, style, .. } = *subject;
+                self.outliner.draw(mesh, lines, style, view, page, hidden, id_base, &mut kept.strokes);
+            }
+        }
+        strokes.extend_from(&kept.strokes);
+    }
+
+    /// Forgets the lines of all but the first `count` objects.
+    pub fn forget_after(&mut self, count: usize) {
+        self.kept.truncate(count);
+    }
+}
