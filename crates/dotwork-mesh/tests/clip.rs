@@ -277,6 +277,7 @@ fn normals_and_colours_are_interpolated_and_vertices_shared() {
         colors: vec![[0, 0, 0, 255], [200, 100, 50, 55], [100, 0, 0, 255], [0, 0, 0, 255]],
         polygons: 1,
         origin: [1e6, 0.0, 0.0],
+        in_order: None,
     };
     let plane = ClipPlane::new(DVec3::X, 1e6 + 1.0).unwrap();
     let cut = clip(&raw, &ClipRegion::common(&[plane]).unwrap());

@@ -56,6 +56,7 @@ fn what_is_kept_never_shows() {
         (0.5, 0.5, 200, false, "occlusion=0.3"),
         (0.5, 0.5, 200, false, "two_sided=true"),
         (0.5, 0.5, 200, false, "role=context"),
+        (0.5, 0.5, 200, false, "role=context context_thin=0.2"),
         (0.5, 0.5, 200, true, "role=context"),
         (0.5, 0.5, 240, true, ""),
         (0.5, 0.5, 200, true, "outlines=false"),
