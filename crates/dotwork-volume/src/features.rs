@@ -68,8 +68,7 @@ const WEIGHT_UNIT: f32 = 1e9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
     /// `outer` for the lowest value, `dense` for the highest of several, `mid` for the one between if there is one;
-    /// its number from 1, by value, for those between if there are more; `lo,hi` for one that is
-    /// asked for by its values.
+    /// its number from 1, by value, for those between if there are more.
     pub name: String,
     /// The value whose isosurface shows it.
     pub iso: f64,
@@ -100,61 +99,6 @@ pub struct Features {
     pub threshold: GradientThreshold,
     /// The smoothed histogram over the window, its highest bin 1.
     pub histogram: Vec<f32>,
-    /// The histogram itself.
-    counts: Vec<u64>,
-}
-
-impl Features {
-    /// The feature that a person asks for: `outer`, `mid`, `dense` and other names; a number from 1, by value; or
-    /// `lo,hi`, two values between which its boundaries lie.
-    ///
-    /// The lowest is `outer` and the highest `dense`, also where they are the same one.
-    ///
-    /// # Errors
-    /// [`FeatureError::Unknown`], which lists those that there are.
-    pub fn select(&self, words: &str) -> Result<Feature, FeatureError> {
-        let words = words.trim();
-        let n = self.features.len();
-        let number = words.parse::<usize>().ok().and_then(|i| i.checked_sub(1));
-        let named = || self.features.iter().position(|f| f.name == words);
-        let found = match words {
-            "outer" => Some(0),
-            "dense" => Some(n - 1),
-            _ => number.or_else(named),
-        };
-        if let Some(feature) = found.and_then(|i| self.features.get(i)) {
-            return Ok(feature.clone());
-        }
-        let window = words.split_once(',').and_then(|(low, high)| {
-            let [low, high] = [low, high].map(|v| v.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
-            Some([low?, high?]).filter(|[low, high]| low < high)
-        });
-        window.map(|window| self.within(window)).ok_or_else(|| {
-            let names: Vec<&str> = self.features.iter().map(|f| f.name.as_str()).collect();
-            let numbers = if n > 1 { format!("1 to {n}") } else { "1".into() };
-            FeatureError::Unknown { asked: words.into(), known: format!("{}, {numbers}", names.join(", ")) }
-        })
-    }
-
-    /// The boundaries between two values as a feature.
-    fn within(&self, range: [f64; 2]) -> Feature {
-        let bins = self.counts.len() as f64;
-        let width = (self.window[1] - self.window[0]) / bins;
-        let bin = |v: f64| ((v - self.window[0]) / width).round().clamp(0.0, bins) as usize;
-        let bins = bin(range[0])..bin(range[1]);
-        let name = format!("{},{}", range[0], range[1]);
-        let mut feature = feature(name, &self.counts, bins.clone(), self.window);
-        feature.range = range;
-        if feature.weight == 0.0 {
-            feature.mean = range[0] / 2.0 + range[1] / 2.0;
-        }
-        feature.mean = feature.mean.clamp(range[0], range[1]);
-        feature.iso = range[0] / 2.0 + feature.mean / 2.0;
-        let smooth = smoothed(&self.counts);
-        let peak = bins.max_by(|&a, &b| smooth[a].total_cmp(&smooth[b]));
-        feature.peak = peak.map_or(feature.mean, |b| self.window[0] + (b as f64 + 0.5) * width);
-        feature
-    }
 }
 
 /// The boundaries in some bins; its iso value and its peak are its mean for now.
@@ -185,14 +129,6 @@ pub enum FeatureError {
     /// There is no boundary in it.
     #[error("no features: the volume has no boundaries")]
     Flat,
-    /// There is none of that name.
-    #[error("no feature {asked:?}; there are {known}, or two values LO,HI")]
-    Unknown {
-        /// What was asked for.
-        asked: String,
-        /// Those that there are.
-        known: String,
-    },
 }
 
 /// The rows of one layer, and lengths of its gradients.
@@ -420,7 +356,7 @@ fn partition(counts: &[u64], window: [f64; 2]) -> Option<Features> {
     let highest = h.iter().copied().fold(0.0, f64::max);
     let histogram = h.iter().map(|v| (v / highest) as f32).collect();
     let threshold = GradientThreshold { low: 0.0, high: 0.0 };
-    Some(Features { features, default, reason, window, threshold, histogram, counts: counts.to_vec() })
+    Some(Features { features, default, reason, window, threshold, histogram })
 }
 
 /// Which feature to show if nobody says, and why.

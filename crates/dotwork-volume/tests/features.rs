@@ -99,29 +99,6 @@ fn anisotropic_grids_have_the_same_features() {
     close(&find_features(&flat).unwrap(), &found, |v| v, 20.0);
 }
 
-#[test]
-fn words_choose_features_or_say_which_there_are() {
-    let found = find_features(&nested(unit(), DIMS, 0.0)).unwrap();
-    let chosen = |words: &str| found.select(words).unwrap();
-    assert_eq!(chosen("outer"), found.features[0]);
-    assert_eq!(chosen(" dense "), found.features[2]);
-    assert_eq!(chosen("mid"), found.features[1]);
-    for n in 1..=3 {
-        assert_eq!(chosen(&n.to_string()), found.features[n - 1]);
-    }
-    let window = chosen("300,1e3");
-    assert_eq!((window.range, window.name.as_str()), ([300.0, 1000.0], "300,1000"));
-    assert!(
-        window.iso > 300.0 && window.iso < 1000.0 && window.share > 0.3 && window.share < 0.8,
-        "{window:?}"
-    );
-    for words in ["", "skin", "0", "4", "-1", "1,2,3", "5,5", "nan,3", "9,inf", "700,300", "dense,outer"] {
-        let error = found.select(words).unwrap_err();
-        let FeatureError::Unknown { known, .. } = &error else { panic!("{error}") };
-        assert_eq!(known, "outer, mid, dense, 1 to 3", "{words}");
-    }
-}
-
 /// Less than a thousandth of the voxels, and so beyond the percentiles.
 #[test]
 fn small_things_in_much_air_are_features() {
