@@ -28,6 +28,6 @@ pub use color::Color;
 pub use color_space::ColorSpace;
 pub use light::{Light, LightFrame};
 pub use marks::{Dots, Drawing, Image, Layer, StrokeKind, Strokes};
-pub use page::{Length, Page, Unit};
+pub use page::{Length, MAX_SIDE_PX, Page, Unit};
 pub use palette::Palette;
 pub use warnings::{Warning, Warnings};

@@ -58,9 +58,9 @@ pub struct Frame<'a> {
 }
 
 /// Draws frames on the CPU. What hides and the lines are kept while view, page and surfaces stay the same, so that a
-/// frame in which only light or tone change costs its dots. Memory is kept from frame to frame: after the first frame of a scene no list grows while
-/// the number of dots does not; what is left is the thread pool's own hand-over of work, and what lines of sight cross in
-/// translucent bodies, which is gathered anew.
+/// frame in which only light or tone change costs its dots. Memory is kept from frame to frame: after the first frame of
+/// a scene no list grows while the number of dots does not; what is left is the thread pool's own hand-over of work, and
+/// what lines of sight cross in translucent bodies, which is gathered anew.
 #[derive(Default)]
 pub struct CpuBackend {
     hiding: Hiding,
@@ -83,54 +83,27 @@ impl CpuBackend {
     pub fn frame(&mut self, frame: &Frame, drawing: &mut Drawing) {
         self.hiding.draw(frame);
         drawing.page = *frame.page;
+        let CpuBackend { hiding, chunks, painter, lines, asked } = self;
         let mut layers = Layers::new(&mut drawing.layers);
         for (k, subject) in frame.subjects.iter().enumerate() {
-            let mut chunks = std::mem::take(&mut self.chunks);
-            let count = match subject.plan.by_elements() {
-                _ if !subject.style.dots => 0,
-                true => self.select_elements(frame, k, &mut chunks),
-                false => {
-                    let selector = self.selector(frame, k);
-                    // Stipples that appear at densities no place can ask for need not be looked at.
-                    let densest = selector.densest();
-                    let end = subject.plan.appears.partition_point(|&d| d <= densest);
-                    in_chunks(end, &mut chunks, |range, dots| selector.select(range, dots))
-                }
-            };
+            let id_base = (k as u64) << STIPPLE_BITS;
+            // Joining contours to chains is work for one thread: the dots keep the others busy.
+            let (count, ()) = rayon::join(
+                || select(frame, k, hiding, asked, chunks),
+                || lines.update(frame, k, hiding, id_base),
+            );
             match &subject.plan.colors {
                 None => {
                     let dots = &mut layers.add(subject, subject.style.color).dots;
                     chunks[..count].iter().for_each(|chunk| dots.extend_from(chunk));
                 }
-                Some(table) => self.painter.paint(table, subject, frame, &chunks[..count], &mut layers),
+                Some(table) => painter.paint(table, subject, frame, &chunks[..count], &mut layers),
             }
-            self.chunks = chunks;
-            let layer = layers.for_lines(subject);
-            let id_base = (k as u64) << STIPPLE_BITS;
-            self.lines.draw(frame, k, &self.hiding, id_base, &mut layer.strokes);
+            lines.append(k, &mut layers.for_lines(subject).strokes);
             layers.close_lines(subject);
         }
         layers.finish();
-        self.lines.forget_after(frame.subjects.len());
-    }
-
-    /// Draws an object whose elements have counts into `chunks`, and returns how many it filled.
-    fn select_elements(&mut self, frame: &Frame, k: usize, chunks: &mut Vec<Dots>) -> usize {
-        let subject = &frame.subjects[k];
-        let hidden = self.hiding.of(subject.style);
-        let least = ask(subject, frame, &hidden, &mut self.asked);
-        let selector = ElementSelector {
-            stock: subject.stock,
-            plan: subject.plan,
-            view: frame.view,
-            page: frame.page,
-            depth: hidden.depth,
-            asked: &self.asked,
-            id_base: (k as u64) << STIPPLE_BITS,
-        };
-        // The radii fall: what lies beyond the least spacing is not asked for.
-        let end = subject.stock.baked.radius.partition_point(|&r| r >= least);
-        in_chunks(end, chunks, |range, dots| selector.select(range, dots))
+        lines.forget_after(frame.subjects.len());
     }
 
     /// The share of the page area covered by the frame's objects whose tone the stock is too sparse for, 0…1.
@@ -143,7 +116,7 @@ impl CpuBackend {
             if subject.plan.by_elements() || !subject.style.dots {
                 continue;
             }
-            let selector = self.selector(frame, k);
+            let selector = selector(frame, k, &self.hiding);
             // The table ends where every stipple has arrived; 3 % less ink is not seen.
             let enough = subject.plan.table.max_density() * 1.03;
             let part = (0..subject.stock.len().min(SAMPLE))
@@ -170,7 +143,7 @@ impl CpuBackend {
             return frame.subjects[subject].stock.len();
         }
         self.hiding.draw(frame);
-        let selector = self.selector(frame, subject);
+        let selector = selector(frame, subject, &self.hiding);
         let Subject { stock, plan, .. } = frame.subjects[subject];
         let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
             .into_par_iter()
@@ -188,22 +161,64 @@ impl CpuBackend {
         let late = f64::from(1.0 + plan.arrival.width);
         densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize)
     }
+}
 
-    fn selector<'a>(&'a self, frame: &'a Frame, k: usize) -> Selector<'a> {
-        let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];
-        let id_base = (k as u64) << STIPPLE_BITS;
-        Selector::new(
-            stock,
-            plan,
-            style,
-            mesh.closed,
-            frame.view,
-            frame.page,
-            frame.light,
-            self.hiding.of(style),
-            id_base,
-        )
+/// What chooses the dots of object `k`.
+fn selector<'a>(frame: &'a Frame, k: usize, hiding: &'a Hiding) -> Selector<'a> {
+    let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];
+    let id_base = (k as u64) << STIPPLE_BITS;
+    Selector::new(
+        stock,
+        plan,
+        style,
+        mesh.closed,
+        frame.view,
+        frame.page,
+        frame.light,
+        hiding.of(style),
+        id_base,
+    )
+}
+
+/// Draws the dots of object `k` into `chunks`, and returns how many it filled.
+fn select(frame: &Frame, k: usize, hiding: &Hiding, asked: &mut Vec<Asked>, chunks: &mut Vec<Dots>) -> usize {
+    let subject = &frame.subjects[k];
+    if !subject.style.dots {
+        return 0;
     }
+    if subject.plan.by_elements() {
+        return select_elements(frame, k, hiding, asked, chunks);
+    }
+    let selector = selector(frame, k, hiding);
+    // Stipples that appear at densities no place can ask for need not be looked at.
+    let densest = selector.densest();
+    let end = subject.plan.appears.partition_point(|&d| d <= densest);
+    in_chunks(end, chunks, |range, dots| selector.select(range, dots))
+}
+
+/// Draws an object whose elements have counts into `chunks`, and returns how many it filled.
+fn select_elements(
+    frame: &Frame,
+    k: usize,
+    hiding: &Hiding,
+    asked: &mut Vec<Asked>,
+    chunks: &mut Vec<Dots>,
+) -> usize {
+    let subject = &frame.subjects[k];
+    let hidden = hiding.of(subject.style);
+    let least = ask(subject, frame, &hidden, asked);
+    let selector = ElementSelector {
+        stock: subject.stock,
+        plan: subject.plan,
+        view: frame.view,
+        page: frame.page,
+        depth: hidden.depth,
+        asked,
+        id_base: (k as u64) << STIPPLE_BITS,
+    };
+    // The radii fall: what lies beyond the least spacing is not asked for.
+    let end = subject.stock.baked.radius.partition_point(|&r| r >= least);
+    in_chunks(end, chunks, |range, dots| selector.select(range, dots))
 }
 
 /// Looks at the stipples up to `end` in chunks, side by side; returns the number of chunks.

@@ -26,28 +26,65 @@ pub struct DepthBuffer {
     projected: Vec<Vertex>,
 }
 
-/// A projected vertex.
+/// A projected vertex, in 16 bytes.
 #[derive(Clone, Copy)]
+#[repr(align(16))]
 struct Vertex {
     /// Pixels from the left and from the top.
     x: f32,
     y: f32,
     nearness: f32,
-    /// First pixel whose centre is not left of (above) the vertex.
-    column: i32,
-    row: i32,
+    /// First pixel whose centre is not left of (above) the vertex, or the page's first or one past its last.
+    column: u16,
+    row: u16,
 }
+
+// Sides of pages fit.
+const _: () = assert!(dotwork_drawing::MAX_SIDE_PX <= u16::MAX as u32);
 
 impl Vertex {
     #[inline(always)]
-    fn new(view: &View, p: Vec3) -> Vertex {
+    fn new(view: &View, p: Vec3, [width, height]: [f32; 2]) -> Vertex {
         let (x, y, depth) = view.project(p);
-        // `ceil` without a call; far outside, casts saturate and the bounds below clip.
-        let ceil = |v: f32| {
+        // `ceil(v − 0.5)` within the page, without a call; what is not a number lands at 0.
+        let cell = |v: f32, last: f32| {
+            let v = (v + 0.5).max(0.0).min(last);
             let i = v as i32;
-            i.saturating_add(i32::from(v > i as f32))
+            (i - i32::from(i as f32 == v)).max(0) as u16
         };
-        Vertex { x, y, nearness: nearness(view, depth), column: ceil(x - 0.5), row: ceil(y - 0.5) }
+        let (column, row) = (cell(x, width + 0.5), cell(y, height + 0.5));
+        Vertex { x, y, nearness: nearness(view, depth), column, row }
+    }
+}
+
+/// The least and the largest.
+#[inline(always)]
+fn range(a: u16, b: u16, c: u16) -> [u16; 2] {
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
+/// Twice the area on the page. Its y points down: triangles that face the eye have a negative one.
+#[inline(always)]
+fn area(a: &Vertex, b: &Vertex, c: &Vertex) -> f32 {
+    (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+}
+
+/// Whether pixel centres lie between the vertices' sides, and the triangle is neither seen edge on nor left out for
+/// facing away.
+#[inline(always)]
+fn may_cover([a, b, c]: [&Vertex; 3], cull_back: bool) -> bool {
+    let [x0, x1] = range(a.column, b.column, c.column);
+    let [y0, y1] = range(a.row, b.row, c.row);
+    let area = area(a, b, c);
+    (x0 < x1) & (y0 < y1) & ((area < 0.0) | ((area > 0.0) & !cull_back))
+}
+
+/// Nearness of a depth, and how much of it a pixel's width of depth is there.
+#[inline(always)]
+pub(crate) fn nearness_and_pixel(view: &View, depth: f32) -> (f32, f32) {
+    match view.projection {
+        Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
+        Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
     }
 }
 
@@ -68,37 +105,50 @@ impl DepthBuffer {
         self.nearness.par_iter_mut().with_min_len(1 << 16).for_each(|q| *q.get_mut() = 0);
     }
 
+    /// Width and height, pixels.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// The nearness in each pixel of a row, 0 where there is no surface.
+    pub(crate) fn row(&self, y: usize) -> impl Iterator<Item = f32> {
+        let row = &self.nearness[y * self.width..][..self.width];
+        row.iter().map(|q| f32::from_bits(q.load(Relaxed)))
+    }
+
     /// Draws a mesh. `cull_back` leaves out triangles that face away, which a closed surface never shows.
     ///
     /// The eye lies outside the bounding sphere ([`dotwork_drawing::Camera`] sees to it), so nothing is clipped at
     /// the eye plane.
     pub fn draw(&mut self, mesh: &Mesh, view: &View, cull_back: bool) {
+        let size = [self.width as f32, self.height as f32];
         mesh.positions
             .par_iter()
             .with_min_len(4096)
-            .map(|&p| Vertex::new(view, p))
+            .map(|&p| Vertex::new(view, p, size))
             .collect_into_vec(&mut self.projected);
+        let corners = |triangle: &[u32; 3]| triangle.map(|v| &self.projected[v as usize]);
         mesh.triangles.par_chunks(CHUNK).for_each(|triangles| {
-            for triangle in triangles {
-                self.fill(triangle.map(|v| self.projected[v as usize]), cull_back);
+            // Most triangles of a fine mesh lie between pixel centres or face away, in no order that could be foreseen:
+            // writing each number and keeping some beats a branch.
+            let mut drawn = [0u16; CHUNK + 1];
+            let mut count = 0;
+            for (i, triangle) in triangles.iter().enumerate() {
+                drawn[count] = i as u16;
+                count += usize::from(may_cover(corners(triangle), cull_back));
+            }
+            for &i in &drawn[..count] {
+                self.fill(corners(&triangles[i as usize]));
             }
         });
     }
 
     /// Raises the buffer to a triangle's nearness wherever it covers a pixel's centre.
     #[inline(always)]
-    fn fill(&self, [a, b, c]: [Vertex; 3], cull_back: bool) {
-        // Most triangles of a fine mesh lie between pixel centres: whole numbers find them.
-        let x0 = a.column.min(b.column).min(c.column).max(0);
-        let x1 = a.column.max(b.column).max(c.column).min(self.width as i32);
-        let y0 = a.row.min(b.row).min(c.row).max(0);
-        let y1 = a.row.max(b.row).max(c.row).min(self.height as i32);
-        // y points down: counter-clockwise triangles have negative area here.
-        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-        if x0 >= x1 || y0 >= y1 || area == 0.0 || (cull_back && area > 0.0) {
-            return;
-        }
-        let (x0, x1, y0, y1) = (x0 as usize, x1 as usize, y0 as usize, y1 as usize);
+    fn fill(&self, [a, b, c]: [&Vertex; 3]) {
+        let [x0, x1] = range(a.column, b.column, c.column).map(usize::from);
+        let [y0, y1] = range(a.row, b.row, c.row).map(usize::from);
+        let area = area(a, b, c);
         let inverse = 1.0 / area;
         // Weights of b and c at a page position, as linear functions relative to a.
         let (bx, by) = ((c.y - a.y) * inverse, (a.x - c.x) * inverse);
@@ -146,10 +196,7 @@ impl DepthBuffer {
         let at = [first, first + right, first + below, first + below + right]
             .map(|i| f32::from_bits(self.nearness[i].load(Relaxed)));
         // Nearness at the place, and what a pixel's width of depth is worth there.
-        let (q, px) = match view.projection {
-            Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
-            Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
-        };
+        let (q, px) = nearness_and_pixel(view, depth);
         // No tangent plane differs by more over these pixels: what lies beyond is decided without it.
         let far = STEEPEST * px;
         let (low, high) = (at[0].min(at[1]).min(at[2].min(at[3])), at[0].max(at[1]).max(at[2].max(at[3])));
@@ -218,10 +265,7 @@ impl DepthBuffer {
     ) -> bool {
         let (w, h) = (self.width as i32, self.height as i32);
         let at = |c: i32, r: i32| f32::from_bits(self.nearness[(r * w + c) as usize].load(Relaxed));
-        let (q, px) = match view.projection {
-            Projection::Perspective { focal_px } => (1.0 / depth, 1.0 / (depth * focal_px)),
-            Projection::Parallel { px_per_unit } => (nearness(view, depth), 1.0 / px_per_unit),
-        };
+        let (q, px) = nearness_and_pixel(view, depth);
         let nearest = q + LINE_BIAS * px;
         let (column, row) = (x as i32, y as i32);
         for r in (row - 1).max(0)..(row + 2).min(h) {
@@ -241,7 +285,7 @@ impl DepthBuffer {
 
 /// How much nearer than a line a surface has to be to hide it, in pixels' widths of depth: more than the line's own
 /// surface is off between pixel centres.
-const LINE_BIAS: f32 = 3.0;
+pub(crate) const LINE_BIAS: f32 = 3.0;
 
 /// Below this cosine to the eye no dots are drawn: the outline carries the rim.
 pub(crate) const GRAZING: f32 = 0.05;

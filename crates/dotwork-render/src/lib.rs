@@ -10,6 +10,7 @@
 
 mod backend;
 mod bands;
+mod covered;
 mod depth;
 mod elements;
 mod hiding;

@@ -102,8 +102,7 @@ struct Crossing {
     length: f32,
 }
 
-/// A segment of the contour inside a triangle. Few bytes, since segments are looked at in the order of the chains; their
-/// places are made in the order of the triangles and lie apart.
+/// A segment of the contour inside a triangle. Few bytes, since segments are looked at in the order of the chains.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     /// Where it begins and ends: on an edge, as its pair of vertices, the smaller first; on a side of a sharp edge, in
@@ -117,14 +116,19 @@ struct Segment {
 /// Traces contours. Memory is kept from frame to frame.
 #[derive(Default)]
 pub struct Contours {
-    g: Vec<f32>,
-    found: Vec<(Vec<Segment>, Vec<[Crossing; 2]>)>,
+    /// For each vertex whether g is not negative there.
+    towards: Vec<bool>,
+    found: Vec<Found>,
     /// For each sharp edge whether some of it is contour in this view.
     turned: Vec<bool>,
     /// Those in faces, in the order of their triangles, and then those along sharp edges.
     segments: Vec<Segment>,
-    /// The ends of each segment.
-    ends: Vec<[Crossing; 2]>,
+    /// Where each segment begins; made in the order of the triangles, whose corners are then at hand.
+    begins: Vec<Crossing>,
+    /// The segments from this one on are along sharp edges.
+    in_faces: usize,
+    /// Where each segment along a sharp edge ends.
+    ends: Vec<Crossing>,
     /// Ends that have met no other yet, by their place.
     waiting: Waiting,
     /// For each end of each segment, the end that it meets, or `NONE`.
@@ -133,6 +137,15 @@ pub struct Contours {
     /// The ends of segments that are the chains' points, in order.
     order: Vec<u32>,
     chains: Chains,
+}
+
+/// What a task has found.
+#[derive(Default)]
+struct Found {
+    /// Triangles in which g changes its sign.
+    crossed: Vec<u32>,
+    segments: Vec<Segment>,
+    begins: Vec<Crossing>,
 }
 
 /// No end of a segment.
@@ -145,43 +158,63 @@ impl Contours {
     /// Finds the contours of `mesh`, whose sharp edges are `creases`, as seen from `eye`. They are in an order that
     /// depends on nothing but the mesh and the eye; the direction of a chain is that in which its first triangle lies.
     /// Chains of which the surface itself hides all are left out.
-    pub fn trace(&mut self, mesh: &Mesh, creases: &Creases, eye: Eye) -> &Chains {
+    ///
+    /// Where `hidden` is true for the corners of a triangle, a smooth contour is not traced through it: chains end there.
+    pub fn trace(
+        &mut self,
+        mesh: &Mesh,
+        creases: &Creases,
+        eye: Eye,
+        hidden: impl Fn([Vec3; 3]) -> bool + Sync,
+    ) -> &Chains {
         let surface = Smooth::new(mesh, creases);
-        self.find(&surface, eye);
+        self.find(&surface, eye, &hidden);
         self.along_creases(mesh, creases, eye);
         self.join();
         self.chain();
-        self.place();
+        self.place(&surface, eye);
         &self.chains
     }
 
     /// Finds the segments in faces, in the order of their triangles.
-    fn find(&mut self, surface: &Smooth, eye: Eye) {
+    fn find(&mut self, surface: &Smooth, eye: Eye, hidden: &(impl Fn([Vec3; 3]) -> bool + Sync)) {
         let mesh = surface.mesh;
-        // Where no normal is split, a vertex has one value of g.
+        // Where no normal is split, a vertex has one value of g, and most triangles need no more than three signs.
         let smooth = surface.normals.len() == mesh.positions.len();
         if smooth {
-            let g = |(&p, &n): (&Vec3, &Vec3)| n.dot(eye.from(p));
             (&mesh.positions, surface.normals)
                 .into_par_iter()
                 .with_min_len(CHUNK)
-                .map(g)
-                .collect_into_vec(&mut self.g);
+                .map(|(&p, &n)| n.dot(eye.from(p)) >= 0.0)
+                .collect_into_vec(&mut self.towards);
         }
-        let g = &self.g;
-        let look = |(k, triangles): (usize, &[[u32; 3]]), (segments, ends): &mut (Vec<_>, Vec<_>)| {
-            segments.clear();
-            ends.clear();
+        let towards = &self.towards;
+        let differ = |t: usize, triangle: [u32; 3]| {
+            let [a, b, c] = match smooth {
+                true => triangle.map(|v| towards[v as usize]),
+                false => surface.values(t, triangle, eye).map(|g| g >= 0.0),
+            };
+            (a != b) | (b != c)
+        };
+        let look = |(k, triangles): (usize, &[[u32; 3]]), found: &mut Found| {
+            // Signs fall as they like: writing each number and keeping some beats a branch.
+            found.crossed.resize(CHUNK + 1, 0);
+            let mut count = 0;
             for (i, &triangle) in triangles.iter().enumerate() {
                 let t = k * CHUNK + i;
-                let values =
-                    if smooth { triangle.map(|v| g[v as usize]) } else { surface.values(t, triangle, eye) };
-                let [a, b, c] = values.map(|v| v >= 0.0);
-                if (a != b) | (b != c) {
-                    let face = surface.face(t);
-                    segments.push(face.segment(eye, values));
-                    ends.push(face.crossed(values).map(|corner| face.cross(corner, values)));
+                found.crossed[count] = t as u32;
+                count += usize::from(differ(t, triangle));
+            }
+            found.segments.clear();
+            found.begins.clear();
+            for &t in &found.crossed[..count] {
+                if hidden(surface.corners(t as usize)) {
+                    continue;
                 }
+                let face = surface.face(t as usize);
+                let g = face.values(eye);
+                found.segments.push(face.segment(eye, g));
+                found.begins.push(face.cross(Face::crossed(g)[0], g));
             }
         };
         let chunks = mesh.triangles.len().div_ceil(CHUNK);
@@ -192,11 +225,12 @@ impl Contours {
             .zip(&mut self.found)
             .for_each(|(chunk, found)| look(chunk, found));
         self.segments.clear();
-        self.ends.clear();
-        for (segments, ends) in &self.found[..chunks] {
-            self.segments.extend_from_slice(segments);
-            self.ends.extend_from_slice(ends);
+        self.begins.clear();
+        for found in &self.found[..chunks] {
+            self.segments.extend_from_slice(&found.segments);
+            self.begins.extend_from_slice(&found.begins);
         }
+        self.in_faces = self.segments.len();
     }
 
     /// Finds for each end of a segment the one that it meets. Where more than two meet (an edge with three faces),
@@ -265,8 +299,25 @@ impl Contours {
     }
 
     /// Places the points of the chains.
-    fn place(&mut self) {
-        let Contours { order, ends, chains, .. } = self;
+    fn place(&mut self, surface: &Smooth, eye: Eye) {
+        let Contours { order, segments, begins, in_faces, ends, meets, chains, .. } = self;
+        let crossing = |end: u32| {
+            let s = end as usize / 2;
+            if end.is_multiple_of(2) {
+                return begins[s];
+            }
+            // In faces that agree in winding, the next segment begins where one ends.
+            let next = meets[end as usize];
+            if next != NONE && next.is_multiple_of(2) {
+                return begins[next as usize / 2];
+            }
+            if s >= *in_faces {
+                return ends[s - *in_faces];
+            }
+            let face = surface.face(segments[s].triangle as usize);
+            let g = face.values(eye);
+            face.cross(Face::crossed(g)[1], g)
+        };
         chains.point.resize(order.len(), Vec3::ZERO);
         chains.normal.resize(order.len(), Vec3::ZERO);
         chains.edge.resize(order.len(), 0.0);
@@ -279,7 +330,7 @@ impl Contours {
             .into_par_iter()
             .for_each(|(order, point, normal, edge)| {
                 for (i, &end) in order.iter().enumerate() {
-                    let at = ends[end as usize / 2][end as usize % 2];
+                    let at = crossing(end);
                     (point[i], normal[i], edge[i]) = (at.point, at.normal, at.length);
                 }
             });
@@ -360,6 +411,12 @@ impl<'a> Smooth<'a> {
         })
     }
 
+    /// The corners of triangle `t`.
+    #[inline(always)]
+    fn corners(&self, t: usize) -> [Vec3; 3] {
+        self.mesh.triangles[t].map(|v| self.mesh.positions[v as usize])
+    }
+
     /// Triangle `t`.
     #[inline(always)]
     fn face(&self, t: usize) -> Face {
@@ -367,7 +424,7 @@ impl<'a> Smooth<'a> {
         Face {
             t: t as u32,
             vertices,
-            corners: vertices.map(|v| self.mesh.positions[v as usize]),
+            corners: self.corners(t),
             normals: self.corner_normals[t].map(|n| self.normals[n as usize]),
             sharp: self.creases.sharp.get(t).copied().unwrap_or(0),
         }
@@ -391,20 +448,27 @@ struct Face {
 }
 
 impl Face {
-    /// The corners from which the two edges begin that the contour crosses, for the values at the corners, which differ
-    /// in sign.
+    /// The values of g at its corners.
     #[inline(always)]
-    fn crossed(&self, g: [f32; 3]) -> [usize; 2] {
+    fn values(&self, eye: Eye) -> [f32; 3] {
+        [0, 1, 2].map(|c| self.normals[c].dot(eye.from(self.corners[c])))
+    }
+
+    /// The corners from which the two edges begin that the contour crosses, for the values at the corners, which differ
+    /// in sign. Along the first edge, as the face runs along it, the values fall below 0.
+    #[inline(always)]
+    fn crossed(g: [f32; 3]) -> [usize; 2] {
         let [inside_a, inside_b, inside_c] = g.map(|v| v >= 0.0);
         // The corner whose sign is alone.
-        let alone = if inside_b == inside_c {
-            0
+        let (alone, inside) = if inside_b == inside_c {
+            (0, inside_a)
         } else if inside_a == inside_c {
-            1
+            (1, inside_b)
         } else {
-            2
+            (2, inside_c)
         };
-        [alone, (alone + 2) % 3]
+        let before = (alone + 2) % 3;
+        if inside { [alone, before] } else { [before, alone] }
     }
 
     /// Its segment, for the values at the corners, which differ in sign.
@@ -416,7 +480,7 @@ impl Face {
         let n = ab.cross(ac);
         let sight = eye.from((p[0] + p[1] + p[2]) * (1.0 / 3.0));
         let growth = (g[1] - g[0]) * n.cross(-ac).dot(sight) + (g[2] - g[0]) * n.cross(ab).dot(sight);
-        let edge = self.crossed(g).map(|k| self.place_on(k));
+        let edge = Face::crossed(g).map(|k| self.place_on(k));
         Segment { triangle: self.t, edge, convex: growth > 0.0 }
     }
 
@@ -464,6 +528,7 @@ impl Contours {
     /// Finds the segments that lie on sharp edges.
     fn along_creases(&mut self, mesh: &Mesh, creases: &Creases, eye: Eye) {
         self.turned.clear();
+        self.ends.clear();
         for edge in &creases.edges {
             let before = self.segments.len();
             let p = edge.ends.map(|v| mesh.positions[v as usize]);
@@ -493,7 +558,8 @@ impl Contours {
                     |s: f32| Crossing { point: p[0] + (p[1] - p[0]) * s, normal: Vec3::ZERO, length: 0.0 };
                 let convex = edge.angle > 0.0;
                 self.segments.push(Segment { triangle: edge.faces[0], edge: [from_key, to_key], convex });
-                self.ends.push([at(from), at(to)]);
+                self.begins.push(at(from));
+                self.ends.push(at(to));
             }
             self.turned.push(self.segments.len() > before);
         }
@@ -534,7 +600,7 @@ mod tests {
         for direction in
             [Vec3::Z, Vec3::new(0.3, -0.5, 0.8).normalize(), Vec3::new(-0.9, 0.1, 0.2).normalize()]
         {
-            let chains = contours.trace(&sphere, &Creases::default(), Eye::Towards(direction));
+            let chains = contours.trace(&sphere, &Creases::default(), Eye::Towards(direction), |_| false);
             assert_eq!(chains.len(), 1);
             assert_eq!(chains.point[0], chains.point[chains.points(0).end - 1], "it is closed");
             assert!(chains.open.iter().all(|&o| o), "a sphere is convex");
@@ -545,7 +611,8 @@ mod tests {
         }
         // Under perspective the circle lies nearer: at radius² / distance.
         let distance = 3.0 * radius;
-        let chains = contours.trace(&sphere, &Creases::default(), Eye::At(center + Vec3::Z * distance));
+        let chains =
+            contours.trace(&sphere, &Creases::default(), Eye::At(center + Vec3::Z * distance), |_| false);
         assert_eq!(chains.len(), 1);
         for &p in &chains.point {
             assert!(((p - center).z - radius * radius / distance).abs() < 0.01 * radius);
@@ -567,16 +634,24 @@ mod tests {
         let axis =
             [Vec3::X, Vec3::Y, Vec3::Z][(0..3).min_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap()];
         let across = if axis == Vec3::X { Vec3::Y } else { Vec3::X };
-        let chains =
-            contours.trace(&torus, &Creases::default(), Eye::Towards((axis + across * 1e-3).normalize()));
+        let chains = contours.trace(
+            &torus,
+            &Creases::default(),
+            Eye::Towards((axis + across * 1e-3).normalize()),
+            |_| false,
+        );
         assert_eq!(chains.len(), 2, "the outer and the inner circle");
         let (outer, minor) = (extent.max_element(), extent.dot(axis));
         let expected = std::f32::consts::TAU * (outer + (outer - 2.0 * minor));
         assert!((length(chains, true) / expected - 1.0).abs() < 0.01);
         assert!(length(chains, false) < 0.01 * expected);
         // From the side, the inner rim of the hole is hidden by the torus itself.
-        let chains =
-            contours.trace(&torus, &Creases::default(), Eye::Towards((axis * 0.4 + across).normalize()));
+        let chains = contours.trace(
+            &torus,
+            &Creases::default(),
+            Eye::Towards((axis * 0.4 + across).normalize()),
+            |_| false,
+        );
         assert!(length(chains, false) > 0.05 * expected, "{}", length(chains, false));
     }
 
@@ -584,10 +659,10 @@ mod tests {
     fn the_same_chains_on_any_number_of_threads() {
         let teapot = mesh("teapot");
         let eye = Eye::At(Vec3::new(3.0, 5.0, 9.0));
-        let many = Contours::default().trace(&teapot, &Creases::default(), eye).clone();
+        let many = Contours::default().trace(&teapot, &Creases::default(), eye, |_| false).clone();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(
-            pool.install(|| Contours::default().trace(&teapot, &Creases::default(), eye).clone()),
+            pool.install(|| Contours::default().trace(&teapot, &Creases::default(), eye, |_| false).clone()),
             many
         );
         assert!(!many.is_empty());

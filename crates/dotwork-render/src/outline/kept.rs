@@ -96,16 +96,17 @@ impl Of {
 }
 
 impl LineDrawer {
-    /// Appends the lines of object `k` to `strokes`.
-    pub fn draw(&mut self, frame: &Frame, k: usize, hiding: &Hiding, id_base: u64, strokes: &mut Strokes) {
-        let subject = &frame.subjects[k];
-        if subject.curves.is_none() && !subject.style.outlines {
-            return;
-        }
+    /// Draws the lines of object `k`, unless they are there already.
+    pub fn update(&mut self, frame: &Frame, k: usize, hiding: &Hiding, id_base: u64) {
         if self.kept.len() <= k {
             self.kept.resize_with(k + 1, Kept::default);
         }
+        let subject = &frame.subjects[k];
         let kept = &mut self.kept[k];
+        if subject.curves.is_none() && !subject.style.outlines {
+            *kept = Kept::default();
+            return;
+        }
         let version = hiding.version();
         if !kept.of.as_ref().is_some_and(|of| of.is(frame, subject, version)) {
             kept.of = Some(Of::new(frame, subject, version));
@@ -119,7 +120,11 @@ impl LineDrawer {
                 self.outliner.draw(mesh, lines, style, view, page, hidden, id_base, &mut kept.strokes);
             }
         }
-        strokes.extend_from(&kept.strokes);
+    }
+
+    /// Appends the lines of object `k` to `strokes`.
+    pub fn append(&self, k: usize, strokes: &mut Strokes) {
+        strokes.extend_from(&self.kept[k].strokes);
     }
 
     /// Forgets the lines of all but the first `count` objects.

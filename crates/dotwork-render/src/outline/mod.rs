@@ -25,9 +25,10 @@ mod voxels;
 
 pub(crate) use kept::LineDrawer;
 
+use crate::covered::Covered;
 use crate::hiding::Hidden;
 use crate::outline::path::{
-    STEP, Sample, close_gaps, fade, hermite, mark_corners, resample, simplify, smooth, taper,
+    FADE, GAP, STEP, Sample, close_gaps, fade, hermite, mark_corners, resample, simplify, smooth, taper,
 };
 use crate::outline::taken::Taken;
 use crate::veil::Veil;
@@ -61,6 +62,7 @@ const CREASES: u64 = 1 << 34;
 #[derive(Default)]
 pub(crate) struct Outliner {
     contours: Contours,
+    covered: Covered,
     /// For each task the chains that it draws.
     shares: Vec<std::ops::Range<usize>>,
     pens: Vec<Pen>,
@@ -104,7 +106,15 @@ impl Outliner {
         let sheet = Sheet { view, page, hidden, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
-        let chains = contours.trace(mesh, &lines.creases, eye);
+        // A line may bridge a gap, and its ink changes over a stretch.
+        let margin = if hidden.focus.is_some() { GAP.max(FADE) } else { GAP } + 2.0 * STEP;
+        if let Some(depth) = hidden.depth {
+            self.covered.look(depth, margin);
+        }
+        let covered = hidden.depth.map(|_| &self.covered);
+        let chains = contours.trace(mesh, &lines.creases, eye, |corners| {
+            covered.is_some_and(|covered| covered.hides(view, corners))
+        });
         self.outlines(chains, &sheet, shortest, id_base, strokes);
         let pen = &mut self.pens[0];
         let place =

@@ -6,13 +6,13 @@ use glam::Vec2;
 pub(super) const STEP: f32 = 1.5;
 
 /// Hidden stretches up to this length are drawn through, pixels.
-const GAP: f32 = 4.0;
+pub(super) const GAP: f32 = 4.0;
 
 /// A point is left out where the line without it is off by no more than this, pixels.
 const TOLERANCE: f32 = 0.06;
 
 /// The ink of a line changes over this length to either side of where it should, pixels.
-const FADE: f32 = 9.0;
+pub(super) const FADE: f32 = 9.0;
 
 /// Less than this share of its ink is no line.
 const GONE: f32 = 0.01;
