@@ -261,7 +261,8 @@ pub struct SceneArgs {
     /// bounding radii (fitted if left out); or front, back, left, right, top,
     /// bottom; volumes with an orientation also take anterior, posterior,
     /// superior, inferior, and their left and right are the patient's
-    /// [default: 20,15; such a volume: anterior]
+    /// [default: 20,15; such a volume: anterior; what a style cuts open is
+    /// turned towards the cut]
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true, value_parser = parse_camera, help_heading = "View")]
     pub camera: Option<String>,
 

@@ -165,6 +165,26 @@ impl Camera {
         Ok(())
     }
 
+    /// Turns as far as flat sides with these unit normals ask for, so that each is seen: as it stands where they face
+    /// the eye already, towards them all where that is possible, and not at all where two are opposite.
+    pub fn turn_towards(&mut self, sides: &[Vec3]) {
+        /// Cosine at which a side is seen well enough.
+        const WELL: f32 = 0.35;
+        let [x, y, z] = self.up.axes();
+        let (sa, ca) = sin_cos_deg(self.azimuth);
+        let (se, ce) = sin_cos_deg(self.elevation);
+        let back = (x * sa + z * ca) * ce + y * se;
+        let seen = |from: Vec3| sides.iter().all(|side| side.dot(from) > WELL);
+        let sum: Vec3 = sides.iter().sum();
+        // From above or below a form is less itself than from the side.
+        let sum = sum - y * (0.35 * sum.dot(y));
+        let towards = |k: i32| (back + sum * (0.15 * k as f32)).normalize_or(back);
+        let Some(direction) = (0..40).map(towards).find(|&d| seen(d)) else { return };
+        let (right, front) = (direction.dot(x), direction.dot(z));
+        self.azimuth = right.atan2(front).to_degrees().round();
+        self.elevation = direction.dot(y).clamp(-1.0, 1.0).asin().to_degrees().round();
+    }
+
     /// The view of a bounding sphere on a page.
     ///
     /// With `distance: None` the sphere's outline fills [`FIT`] of the page's shorter side inside the margins; with a
@@ -361,6 +381,29 @@ mod tests {
         let (x, y, depth) = v.project(Vec3::new(0.5, 0.5, 0.5));
         assert!(x > v.cx && y < v.cy);
         assert!((depth - (v.distance - 0.5)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn sides_that_are_turned_towards_are_seen() {
+        let turned = |up: UpAxis, sides: &[Vec3]| {
+            let mut camera = Camera { azimuth: 0.0, elevation: 0.0, up, ..Camera::default() };
+            camera.turn_towards(sides);
+            camera
+        };
+        for up in [UpAxis::Y, UpAxis::Z, UpAxis::NegX] {
+            let [x, y, z] = up.axes();
+            for sides in [&[x][..], &[-x, y], &[x, y, z], &[-z], &[-y], &[(x - z).normalize(), y]] {
+                let camera = turned(up, sides);
+                let back = camera.view(Vec3::ZERO, 1.0, &Page::default()).back;
+                assert!(sides.iter().all(|s| s.dot(back) > 0.33), "{sides:?}: {camera:?}");
+            }
+            // What faces the eye already stays, and so does what cannot be seen at once.
+            for sides in [&[z][..], &[x, -x], &[]] {
+                assert_eq!(turned(up, sides), turned(up, &[]), "{sides:?}");
+            }
+        }
+        let quarter = turned(UpAxis::Z, &[Vec3::X, Vec3::Z]);
+        assert!(quarter.azimuth > 20.0 && quarter.azimuth < 50.0 && quarter.elevation > 15.0, "{quarter:?}");
     }
 
     #[test]

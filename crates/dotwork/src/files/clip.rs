@@ -4,7 +4,7 @@ use dotwork_drawing::color::linear_to_srgb;
 use dotwork_ink::Style;
 use dotwork_mesh::{ClipRegion, RawMesh, clip};
 use dotwork_volume::{CutFace, CutPlane, cut_faces};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::FileError;
 use super::input::MeshFile;
@@ -63,6 +63,13 @@ impl MeshFile {
             all.insert(0, self);
         }
         Ok(all)
+    }
+
+    /// The normals of the planes at which `style` cuts; they point to what is removed.
+    pub(crate) fn cut_sides(&self, style: &Style) -> Vec<Vec3> {
+        // The directions of planes do not depend on the box in which they are placed.
+        let region = ClipRegion::parse(&style.clip.0, [DVec3::ZERO, DVec3::ONE]);
+        region.map_or_else(|_| Vec::new(), |r| r.planes().iter().map(|p| p.normal.as_vec3()).collect())
     }
 
     /// The style of this part of an object that is drawn in `style`: a cut shows its values.

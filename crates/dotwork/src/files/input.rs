@@ -101,12 +101,14 @@ impl MeshFile {
         });
     }
 
-    /// Turns the camera of a new scene as this input asks: up, and for a patient the anterior view.
-    pub fn turn_camera(&self, scene: &mut Scene) {
+    /// Turns the camera of a new scene as this input asks: up, for a patient the anterior view, and then towards the
+    /// faces at which `style` cuts it open.
+    pub fn turn_camera(&self, style: &Style, scene: &mut Scene) {
         scene.camera.up = self.up;
         if self.world.space == Space::Patient {
             (scene.camera.azimuth, scene.camera.elevation) = (0.0, 0.0);
         }
+        scene.camera.turn_towards(&self.cut_sides(style));
     }
 }
 
@@ -283,7 +285,7 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
         loaded => {
             let mut scene = Scene::default();
             for mesh in loaded.into_meshes(style, None, warnings)? {
-                mesh.turn_camera(&mut scene);
+                mesh.turn_camera(style, &mut scene);
                 let style = mesh.style(style.clone());
                 scene.add(mesh.into_object(style, warnings)?);
             }
