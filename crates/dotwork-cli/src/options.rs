@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dotwork::ink::PRESETS;
-use dotwork::{LoadOptions, Scene, Settings, Stipples, Style, preset, read_style};
+use dotwork::{LoadOptions, Scene, Settings, Stipples, Style, UpAxis, preset, read_style};
 
 use crate::args::{BakeMethod, InputArgs, SceneArgs, StyleArgs};
 use crate::report::Failure;
@@ -89,6 +89,11 @@ impl<'a> Options<'a> {
     /// The value at which volumes have their surface.
     pub fn iso(&self) -> Option<f64> {
         self.args.input.iso
+    }
+
+    /// The axis that points up, if one is asked for.
+    pub fn up(&self) -> Option<UpAxis> {
+        self.args.up
     }
 
     /// The seed, if one is asked for.

@@ -55,7 +55,7 @@ pub fn open(
                         report.summary(&format!("{}: {note}", input.display()));
                     }
                     if scene.objects.is_empty() {
-                        mesh.turn_camera(&style, &mut scene);
+                        mesh.turn_camera(&style, options.up(), &mut scene);
                     }
                     let style = mesh.style(style.clone());
                     let object = mesh.into_object(style, &mut warnings)?;

@@ -197,6 +197,41 @@ fn a_volume_is_drawn_by_its_feature_and_cut_open() {
 }
 
 #[test]
+fn a_slice_opens_face_on_with_its_values() {
+    let place = Place::new();
+    // A disc, less dense on the left of the image.
+    let value = |i: usize| {
+        let (x, y) = ((i % 64) as f64 - 31.5, (i / 64) as f64 - 31.5);
+        if x.hypot(y) > 24.0 {
+            0
+        } else if x < 0.0 {
+            120
+        } else {
+            200
+        }
+    };
+    place.write("slice.raw", (0..64 * 64).map(value).collect::<Vec<u8>>());
+    let draw = |options: &str| {
+        place
+            .run(&format!("render slice.raw --raw 64x64x1:u8 -o s.csv --stipples 6000 --quiet {options}"))
+            .ok();
+        Table::read(&place.text("s.csv"))
+    };
+    let t = draw("");
+    let cut = |t: &Table| t.words("object").iter().filter(|o| **o == "slice-cut").count();
+    assert!(cut(&t) > 500, "its values are drawn");
+    // The page's middle is the image's; what is less dense is darker, and on the left as in the image.
+    let middle = 500.0;
+    let left = t.numbers("x_px").iter().filter(|x| **x < middle).count();
+    assert!(left * 2 > t.words("id").len() * 3 / 2, "{left} of {}", t.words("id").len());
+    assert_eq!(t.words("id"), draw("--up -y --camera 180,0").words("id"));
+    assert_eq!(cut(&draw("--set clip=none")), 0);
+    place.draw("slice.raw --raw 64x64x1:u8 -o s.svg --stipples 6000");
+    place.draw("s.svg -o again.svg");
+    assert_eq!(place.text("s.svg"), place.text("again.svg"));
+}
+
+#[test]
 fn what_lies_within_a_translucent_body_is_seen() {
     let place = Place::new();
     let count = |options: &str| {

@@ -165,6 +165,14 @@ impl Camera {
         Ok(())
     }
 
+    /// Turns the eye to this direction from the object, a unit vector: azimuth and elevation in degrees.
+    pub fn face(&mut self, direction: Vec3) {
+        let [x, y, z] = self.up.axes();
+        let (right, up, front) = (direction.dot(x), direction.dot(y), direction.dot(z));
+        self.azimuth = if up.abs() > 0.99999 { 0.0 } else { right.atan2(front).to_degrees() };
+        self.elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
+    }
+
     /// Turns as far as flat sides with these unit normals ask for, so that each is seen: as it stands where they face
     /// the eye already, towards them all where that is possible, and not at all where two are opposite.
     pub fn turn_towards(&mut self, sides: &[Vec3]) {
@@ -179,10 +187,12 @@ impl Camera {
         // From above or below a form is less itself than from the side.
         let sum = sum - y * (0.35 * sum.dot(y));
         let towards = |k: i32| (back + sum * (0.15 * k as f32)).normalize_or(back);
-        let Some(direction) = (0..40).map(towards).find(|&d| seen(d)) else { return };
-        let (right, front) = (direction.dot(x), direction.dot(z));
-        self.azimuth = right.atan2(front).to_degrees().round();
-        self.elevation = direction.dot(y).clamp(-1.0, 1.0).asin().to_degrees().round();
+        if seen(back) {
+            return;
+        }
+        let Some(direction) = (1..40).map(towards).find(|&d| seen(d)) else { return };
+        self.face(direction);
+        (self.azimuth, self.elevation) = (self.azimuth.round(), self.elevation.round());
     }
 
     /// The view of a bounding sphere on a page.

@@ -267,7 +267,7 @@ fn xray() -> Style {
 }
 
 fn brain_cutaway() -> Style {
-    Style { clip: Clip("x>0.53;z>0.44".into()), dot_size: Length::percent(0.2), ..Style::default() }
+    Style { clip: Clip::Planes("x>0.53;z>0.44".into()), dot_size: Length::percent(0.2), ..Style::default() }
 }
 
 fn industrial() -> Style {

@@ -83,8 +83,8 @@ pub use artist::{Artist, SCALE_BAR};
 pub use dots_file::{Described, encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Plate, Stage, VolumeInput, Watch,
-    encode_drawing, load, load_with, open, prepare, write_drawing,
+    FileError, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Outlook, Plate, Stage, VolumeInput,
+    Watch, encode_drawing, load, load_with, open, prepare, write_drawing,
 };
 #[cfg(feature = "files")]
 pub use palette_file::{PaletteError, resolve_palette};

@@ -203,7 +203,7 @@ impl Object {
 
     /// What its style clips away of its volume, world units.
     fn removed(&self) -> Option<ClipRegion> {
-        let region = ClipRegion::parse(&self.style.clip.0, self.whole?).ok()?;
+        let region = ClipRegion::parse(self.style.clip.planes(), self.whole?).ok()?;
         let placement = self.source.as_ref().map(|source| source.placement).unwrap_or_default();
         placement.region(&region)
     }

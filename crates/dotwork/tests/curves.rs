@@ -274,7 +274,7 @@ fn curves_move_with_their_object() {
 
 #[test]
 fn curves_end_where_the_volume_is_clipped() {
-    let clip = |text: &str| Style { clip: dotwork::ink::Clip(text.into()), ..curved() };
+    let clip = |text: &str| Style { clip: dotwork::ink::Clip::Planes(text.into()), ..curved() };
     let scene_of = |style: &Style| {
         let mut scene = scene_of(phantom::phantom("shells").unwrap(), style);
         scene.camera.set_direction("front").unwrap();

@@ -277,7 +277,7 @@ fn what_is_doubtful_is_said() {
 
 #[test]
 fn voxels_that_are_clipped_away_carry_no_dots() {
-    let clip = |text: &str| Style { clip: dotwork::ink::Clip(text.into()), k_max: 0.3, ..papers() };
+    let clip = |text: &str| Style { clip: dotwork::ink::Clip::Planes(text.into()), k_max: 0.3, ..papers() };
     let scene_of = |style: Style| {
         let mut scene = shells(style);
         scene.camera.set_direction("front").unwrap();

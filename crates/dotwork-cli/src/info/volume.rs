@@ -36,7 +36,7 @@ pub fn factors(input: VolumeInput, style: Style, warnings: &mut Warnings) -> Res
     let style = Style { bake: BakeMethod::Voxel, k_max: 0.01, ..style };
     let mut scene = Scene::default();
     for part in Loaded::Volume(Box::new(input)).into_meshes(&style, None, warnings)?.into_iter().take(1) {
-        part.turn_camera(&style, &mut scene);
+        part.turn_camera(&style, None, &mut scene);
         scene.add(part.into_object(style.clone(), warnings)?);
     }
     scene.bake(|_| ());
@@ -203,7 +203,7 @@ pub fn sheet(
         let style = Style { feature: FeatureChoice::Number(i as u32 + 1), ..Style::default() };
         let mesh = input.surface(&style, Some(feature.iso), warnings)?;
         let mut scene = Scene::default();
-        mesh.turn_camera(&style, &mut scene);
+        mesh.turn_camera(&style, None, &mut scene);
         scene.add(mesh.into_object(style, warnings)?);
         scene.page = Page { width: TILE, height: TILE, ..Page::default() };
         let left = (i % columns) as f32 * TILE as f32;

@@ -230,9 +230,10 @@ style! {
             "How many connected parts of the feature are kept, the largest first; auto drops specks.", "";
         crop: Crop = Crop(None), Kind::Text("none | X0,X1,Y0,Y1,Z0,Z1"), "of the volume's box",
             "The part of the volume that is looked at, in shares 0 to 1 of its sides.", "";
-        clip: Clip = Clip(String::new()), Kind::Text("none | AXIS<SHARE or AXIS>SHARE, joined by ;"), "of the object's box",
+        clip: Clip = Clip::Auto, Kind::Text("auto | none | AXIS<SHARE or AXIS>SHARE, joined by ;"),
+            "of the object's box",
             "Cuts away what satisfies all of these, as in x>0.5;z>0.6: an object is opened, and a volume shows its values \
-             on the cut.",
+             on the cut. auto cuts a volume of up to three slices along its middle, and nothing else.",
             "on a cut, ink = 0.02 + 0.72 u^1.2, u the mean of two: 1 for the lowest and 0 for the highest 2 % of the \
              values; and the share of the cut with higher values";
     }

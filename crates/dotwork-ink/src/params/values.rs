@@ -383,10 +383,26 @@ pub enum Keep {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Crop(pub Option<[[f64; 2]; 3]>);
 
-/// What is cut away: conditions on shares of the object's box, joined by `;`; empty for nothing. What they mean is
-/// worked out where the object is known.
+/// What is cut away.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Clip(pub String);
+pub enum Clip {
+    /// Single slices are cut open between their two sides, so that their values are seen; nothing else is.
+    #[default]
+    Auto,
+    /// Conditions on shares of the object's box, joined by `;`; empty for nothing. What they mean is worked out where
+    /// the object is known.
+    Planes(String),
+}
+
+impl Clip {
+    /// The conditions; empty for nothing, and where they depend on the object.
+    pub fn planes(&self) -> &str {
+        match self {
+            Clip::Auto => "",
+            Clip::Planes(planes) => planes,
+        }
+    }
+}
 
 /// `N` finite numbers between commas.
 fn numbers<const N: usize>(s: &str) -> Option<[f64; N]> {
@@ -458,14 +474,21 @@ impl Value for Keep {
 impl Value for Clip {
     fn parse(s: &str, param: &Param) -> Result<Self, String> {
         match s.trim() {
-            "none" => Ok(Clip(String::new())),
-            s if !s.is_empty() && s.len() < 1000 && !s.contains(char::is_control) => Ok(Clip(s.into())),
+            "auto" => Ok(Clip::Auto),
+            "none" => Ok(Clip::Planes(String::new())),
+            s if !s.is_empty() && s.len() < 1000 && !s.contains(char::is_control) => {
+                Ok(Clip::Planes(s.into()))
+            }
             s => refused(s, param),
         }
     }
 
     fn show(&self) -> String {
-        if self.0.is_empty() { "none".into() } else { self.0.clone() }
+        match self {
+            Clip::Auto => "auto".into(),
+            Clip::Planes(planes) if planes.is_empty() => "none".into(),
+            Clip::Planes(planes) => planes.clone(),
+        }
     }
 }
 

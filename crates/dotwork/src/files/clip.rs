@@ -1,7 +1,7 @@
 //! Objects cut open: what is clipped away, and the faces of the cut.
 
 use dotwork_drawing::color::linear_to_srgb;
-use dotwork_ink::Style;
+use dotwork_ink::{Clip, Style};
 use dotwork_mesh::{ClipRegion, RawMesh, clip};
 use dotwork_volume::{CutFace, CutPlane, cut_faces};
 use glam::{DVec3, Vec3};
@@ -25,7 +25,7 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Clip`]: the clip cannot be understood, or nothing is left.
     pub(crate) fn clipped(mut self, style: &Style) -> Result<Vec<MeshFile>, FileError> {
-        let text = &style.clip.0;
+        let text = &self.clip(style);
         let whole = bounds(&self.raw);
         self.whole = self.volume.is_some().then_some(whole);
         if text.is_empty() {
@@ -47,7 +47,7 @@ impl MeshFile {
                     facts: Vec::new(),
                     source: Source { cut: Some(k as u32), ..self.source.clone() },
                     world: self.world,
-                    up: self.up,
+                    outlook: self.outlook,
                     notes: Vec::new(),
                     raw: flat(&cut, face, &inks),
                     volume: None,
@@ -68,12 +68,21 @@ impl MeshFile {
     /// The normals of the planes at which `style` cuts; they point to what is removed.
     pub(crate) fn cut_sides(&self, style: &Style) -> Vec<Vec3> {
         // The directions of planes do not depend on the box in which they are placed.
-        let region = ClipRegion::parse(&style.clip.0, [DVec3::ZERO, DVec3::ONE]);
+        let region = ClipRegion::parse(&self.clip(style), [DVec3::ZERO, DVec3::ONE]);
         region.map_or_else(|_| Vec::new(), |r| r.planes().iter().map(|p| p.normal.as_vec3()).collect())
+    }
+
+    /// What `style` cuts away of it, in words; empty for nothing.
+    fn clip(&self, style: &Style) -> String {
+        match &style.clip {
+            Clip::Auto => self.outlook.cut().unwrap_or_default(),
+            Clip::Planes(planes) => planes.clone(),
+        }
     }
 
     /// The style of this part of an object that is drawn in `style`: a cut shows its values.
     pub fn style(&self, style: Style) -> Style {
+        let style = Style { clip: Clip::Planes(self.clip(&style)), ..style };
         match self.source.cut {
             None => self.look.over(style),
             Some(_) => Style { texture: 1.0, back: 0.0, ..style },

@@ -11,10 +11,11 @@ use dotwork_io::volume::{
 };
 use dotwork_mesh::{RawMesh, shapes};
 use dotwork_volume::phantom::phantom;
-use dotwork_volume::{Affine, Space, Unit, Volume};
+use dotwork_volume::{Affine, Unit, Volume};
 use glam::DVec3;
 
 use super::FileError;
+use super::outlook::Outlook;
 use super::parts::Look;
 use super::plate::Plate;
 use super::volume::VolumeInput;
@@ -57,8 +58,8 @@ pub struct MeshFile {
     pub source: Source,
     /// What is known about the space in which it lies.
     pub world: World,
-    /// The axis that points up by the habits of the format.
-    pub up: UpAxis,
+    /// From where it is looked at unless a camera is given.
+    pub outlook: Outlook,
     /// What was decided on the way from a volume to this surface, in words.
     pub notes: Vec<String>,
     /// The mesh.
@@ -101,14 +102,10 @@ impl MeshFile {
         });
     }
 
-    /// Turns the camera of a new scene as this input asks: up, for a patient the anterior view, and then towards the
-    /// faces at which `style` cuts it open.
-    pub fn turn_camera(&self, style: &Style, scene: &mut Scene) {
-        scene.camera.up = self.up;
-        if self.world.space == Space::Patient {
-            (scene.camera.azimuth, scene.camera.elevation) = (0.0, 0.0);
-        }
-        scene.camera.turn_towards(&self.cut_sides(style));
+    /// Turns the camera of a new scene as this input asks, about `up` if that is given: for a patient to the anterior
+    /// view, for what is flat to that face on, and then towards the faces at which `style` cuts it open.
+    pub fn turn_camera(&self, style: &Style, up: Option<UpAxis>, scene: &mut Scene) {
+        self.outlook.turn(up, &self.cut_sides(style), &mut scene.camera);
     }
 }
 
@@ -209,7 +206,7 @@ pub fn load_with(
         facts,
         source,
         world,
-        up,
+        outlook: Outlook::of_mesh(up),
         notes: Vec::new(),
         raw,
         volume: None,
@@ -229,7 +226,7 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         facts: Vec::new(),
         source: Source { file: input.into(), ..Source::default() },
         world: World::default(),
-        up: UpAxis::Y,
+        outlook: Outlook::of_mesh(UpAxis::Y),
         notes: Vec::new(),
         raw,
         volume: None,
@@ -285,7 +282,7 @@ pub fn open(input: impl AsRef<Path>, style: &Style, warnings: &mut Warnings) -> 
         loaded => {
             let mut scene = Scene::default();
             for mesh in loaded.into_meshes(style, None, warnings)? {
-                mesh.turn_camera(style, &mut scene);
+                mesh.turn_camera(style, None, &mut scene);
                 let style = mesh.style(style.clone());
                 scene.add(mesh.into_object(style, warnings)?);
             }

@@ -2,6 +2,7 @@
 
 mod clip;
 mod input;
+mod outlook;
 mod output;
 mod parts;
 mod plate;
@@ -18,6 +19,7 @@ use dotwork_mesh::shapes::DEMOS;
 use dotwork_volume::phantom::PHANTOMS;
 
 pub use input::{LoadOptions, Loaded, MeshFile, load, load_with, open};
+pub use outlook::Outlook;
 pub use output::{Format, encode_drawing, prepare, write_drawing};
 pub use parts::{Look, Meaning};
 pub use plate::Plate;

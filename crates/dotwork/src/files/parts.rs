@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use dotwork_drawing::color::{linear_to_srgb, srgb_to_linear};
-use dotwork_drawing::{Color, UpAxis, Warnings};
+use dotwork_drawing::{Color, Warnings};
 use dotwork_ink::{FeatureChoice, Style};
 use dotwork_io::transfer::{TransferFile, read_transfer};
 use dotwork_io::volume::{LabelEntry, LabelTable, read_label_table};
-use dotwork_volume::{Label, LabelOptions, Space, Volume, labels};
+use dotwork_volume::{Label, LabelOptions, Volume, labels};
 
 use super::FileError;
 use super::input::{LoadOptions, MeshFile};
+use super::outlook::Outlook;
 use super::volume::VolumeInput;
 use super::watch::Stage;
 use crate::scene::{Source, World};
@@ -186,7 +187,8 @@ impl VolumeInput {
             facts: Vec::new(),
             source: Source { ..self.source.clone() },
             world: World { space: affine.space, unit: affine.unit },
-            up: if affine.space == Space::Patient { UpAxis::Z } else { UpAxis::Y },
+            // Labels and steps have no values to show on a cut.
+            outlook: Outlook { slices: false, ..self.outlook() },
             notes: Vec::new(),
             raw,
             volume: None,

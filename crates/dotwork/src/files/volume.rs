@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::{FeatureChoice, Keep, Style};
 use dotwork_io::volume::LabelTable;
-use dotwork_volume::{Features, IsoOptions, Label, Preparation, Space, Volume};
+use dotwork_volume::{Features, IsoOptions, Label, Preparation, Volume};
 
 use super::FileError;
 use super::input::MeshFile;
+use super::outlook::Outlook;
 use super::parts::{Look, Meaning};
 use super::watch::{Stage, Watch};
 use crate::scene::{Source, World};
@@ -105,6 +106,14 @@ impl VolumeInput {
 
     pub(super) fn keeps(&self) -> bool {
         self.keep
+    }
+
+    /// From where it is looked at unless a camera is given.
+    pub(super) fn outlook(&self) -> Outlook {
+        let outlook = Outlook::of_volume(&self.volume);
+        // The built-in volumes stand along y, as the built-in shapes do, unless they are patients.
+        let built_in = !outlook.patient && self.input.starts_with("demo:");
+        if built_in { Outlook::of_mesh(UpAxis::Y) } else { outlook }
     }
 
     pub(super) fn error(&self, reason: impl ToString) -> FileError {
@@ -238,7 +247,6 @@ impl VolumeInput {
         let world = World { space: affine.space, unit: affine.unit };
         let raw =
             volume.isosurface(iso, &IsoOptions { cap: style.cap }, warnings).map_err(|e| self.error(e))?;
-        let up = if world.space == Space::Patient { UpAxis::Z } else { UpAxis::Y };
         let VolumeInput { name, input, format, facts, source, .. } = self;
         let [name, input, format] = [name, input, format].map(String::clone);
         let (facts, source) = (facts.clone(), Source { iso: Some(iso), ..source.clone() });
@@ -250,7 +258,7 @@ impl VolumeInput {
             facts,
             source,
             world,
-            up,
+            outlook: self.outlook(),
             notes,
             raw,
             volume,

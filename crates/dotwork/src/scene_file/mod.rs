@@ -194,7 +194,7 @@ impl SceneObject {
             };
         }
         if scene.objects.is_empty() {
-            part.turn_camera(&style, scene);
+            part.turn_camera(&style, None, scene);
         }
         let style = part.style(style);
         part.place(self.placement);
