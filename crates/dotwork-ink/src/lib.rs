@@ -29,7 +29,7 @@ pub use density::{Arrival, DensityTable};
 pub use params::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
     Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Role, SilhouetteForm, SizeMax, Style,
-    TwoSided, Visibility, Window, find_param,
+    SurfaceChoice, TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
 pub use stock::{Baked, Elements, Stock, Vectors};

@@ -4,7 +4,7 @@ use dotwork_drawing::{Color, Length};
 
 use crate::params::{
     BakeMethod, Clip, Coloring, Factors, Fade, FeatureChoice, Fraction, Inked, OutlineColor, PaletteChoice,
-    SizeMax, Style, Visibility,
+    SizeMax, Style, SurfaceChoice, Visibility,
 };
 
 /// A named style.
@@ -259,9 +259,12 @@ fn xray() -> Style {
         base: 0.0,
         light: 0.0,
         silhouette: 1.0,
-        silhouette_power: 2.0,
-        outlines: false,
+        silhouette_power: 3.0,
+        // Lines tell what is nearer and where a form ends; dots alone blur where many overlap.
+        outline: Length::percent(0.12),
         dot_size: Length::percent(0.18),
+        // Seen through each other, surfaces must lie on their boundaries, not merely near them.
+        surface: SurfaceChoice::Ridge,
         ..Style::default()
     }
 }

@@ -12,7 +12,8 @@ use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 use values::Value;
 pub use values::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, OutlineColor, PaletteChoice, Role, SilhouetteForm, SizeMax, TwoSided, Visibility, Window,
+    Inked, Keep, OutlineColor, PaletteChoice, Role, SilhouetteForm, SizeMax, SurfaceChoice, TwoSided,
+    Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -220,6 +221,10 @@ style! {
             "Which feature of a volume is drawn: the one that auto takes for the form, the outermost, the densest, \
              number N of those that dotwork info lists, or what has values from LO to HI.",
             "the isosurface of the feature; see dotwork_volume::Features";
+        surface: SurfaceChoice = SurfaceChoice::Iso, Kind::Choice(SurfaceChoice::WORDS), "",
+            "Where a feature has its surface: at one value (iso), or where the values change fastest near there (ridge), \
+             which follows a boundary whose values vary.",
+            "ridge: up to 1.5 voxels along the normal to the largest |G|; after Canny 1986";
         window: Window = Window(None), Kind::Text("auto | LO,HI"), "value",
             "Values below LO count as LO and above HI as HI; auto leaves out the lowest and highest 0.1 % but for the air.",
             "v = (value - LO) / (HI - LO)";

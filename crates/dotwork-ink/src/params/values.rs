@@ -158,6 +158,16 @@ choice! {
 }
 
 choice! {
+    /// Where a feature of a volume has its surface.
+    SurfaceChoice {
+        /// Where the volume has one value.
+        Iso = "iso",
+        /// Where the gradient is longest, near there.
+        Ridge = "ridge",
+    }
+}
+
+choice! {
     /// What an object is in its picture.
     Role {
         /// One among others.

@@ -5,6 +5,7 @@ use glam::{DMat3, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{at, bytes};
+use crate::neighbours::Neighbours;
 use crate::volume::Volume;
 
 /// How far a vertex may move along each voxel axis, voxels: less than half, so that triangles keep an area where two
@@ -20,13 +21,6 @@ const ROUNDS: usize = 2;
 /// Steps of the filter at most; spacings over 15 times as large as others, or wavelengths of hundreds of voxels, would
 /// have more, and have a softer cut-off instead.
 const MOST_STEPS: usize = 400;
-
-/// Neighbours of all vertices in one list, each with its weight.
-struct Neighbours {
-    /// Where those of vertex `v` begin; one more at the end.
-    starts: Vec<u32>,
-    links: Vec<(u32, f32)>,
-}
 
 /// How far each vertex may move along the voxel axes, the least and the most, voxels.
 pub(super) fn rooms(mask: &Volume, positions: &[Vec3A]) -> Vec<[Vec3A; 2]> {
@@ -68,13 +62,13 @@ pub(super) fn smoothed(
     let spacing = [linear.x_axis, linear.y_axis, linear.z_axis].map(|s| s.length());
     let largest = spacing[0].max(spacing[1]).max(spacing[2]);
     let metric = (linear * (1.0 / largest)).as_mat3();
-    let neighbours = Neighbours::new(start, triangles, metric.into());
-    let highest = neighbours.highest();
+    let graph = Graph::new(start, triangles, metric.into());
+    let highest = graph.highest();
     let cut_off = (std::f64::consts::TAU / wavelength).powi(2);
     let coefficients = low_pass(cut_off / highest);
     let mut placed = start.to_vec();
     for _ in 0..ROUNDS {
-        let moved = neighbours.filtered_moves(&placed, highest as f32, &coefficients);
+        let moved = graph.filtered_moves(&placed, highest as f32, &coefficients);
         placed.par_iter_mut().enumerate().for_each(|(v, p)| {
             let [low, high] = rooms[v];
             *p = start[v] + (*p + moved[v] - start[v]).clamp(low, high);
@@ -83,47 +77,23 @@ pub(super) fn smoothed(
     placed
 }
 
-impl Neighbours {
-    /// Neighbours by the edges of a closed mesh, in the order of its triangles: each edge of a vertex leaves it in one
-    /// of its triangles. Weights make the graph's Laplacian that of the surface: 4 / (n · length²) of `n` neighbours, as
-    /// a wave `cos qx` then has the eigenvalue q².
-    fn new(positions: &[Vec3A], triangles: &[[u32; 3]], metric: glam::Mat3A) -> Neighbours {
-        let mut starts = vec![0u32; positions.len() + 1];
-        for t in triangles {
-            t.iter().for_each(|&v| starts[v as usize + 1] += 1);
-        }
-        for v in 0..positions.len() {
-            starts[v + 1] += starts[v];
-        }
-        let mut links = vec![(0u32, 0f32); 3 * triangles.len()];
-        let mut next = starts.clone();
-        for &[a, b, c] in triangles {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let place = &mut next[from as usize];
-                links[*place as usize].0 = to;
-                *place += 1;
-            }
-        }
-        let mut graph = Neighbours { starts, links };
-        for (v, p) in positions.iter().enumerate() {
-            let range = graph.range(v);
-            let count = range.len() as f32;
-            for (to, weight) in &mut graph.links[range] {
-                *weight = 4.0 / (count * (metric * (positions[*to as usize] - *p)).length_squared());
-            }
-        }
-        graph
-    }
+/// A graph whose Laplacian is that of the surface: weights are 4 / (n · length²) of `n` neighbours, as a wave `cos qx`
+/// then has the eigenvalue q².
+struct Graph(Neighbours);
 
-    fn range(&self, v: usize) -> std::ops::Range<usize> {
-        self.starts[v] as usize..self.starts[v + 1] as usize
+impl Graph {
+    /// The graph of a closed mesh; `metric` leads to where edges are measured.
+    fn new(positions: &[Vec3A], triangles: &[[u32; 3]], metric: glam::Mat3A) -> Graph {
+        let weight = |v: usize, to: usize, count: usize| {
+            4.0 / (count as f32 * (metric * (positions[to] - positions[v])).length_squared())
+        };
+        Graph(Neighbours::new(positions.len(), triangles, weight))
     }
 
     /// A bound of the eigenvalues (Gershgorin).
     fn highest(&self) -> f64 {
-        let row = |v: usize| self.links[self.range(v)].iter().map(|l| l.1).sum::<f32>();
-        let vertices = self.starts.len() - 1;
-        2.0 * f64::from((0..vertices).into_par_iter().map(row).reduce(|| f32::MIN_POSITIVE, f32::max))
+        let row = |v: usize| self.0.of(v).iter().map(|l| l.1).sum::<f32>();
+        2.0 * f64::from((0..self.0.len()).into_par_iter().map(row).reduce(|| f32::MIN_POSITIVE, f32::max))
     }
 
     /// The Laplacian of `field` at a vertex: weighted differences to its neighbours.
@@ -131,7 +101,7 @@ impl Neighbours {
     fn laplacian(&self, field: &[Vec3A], v: usize) -> Vec3A {
         let here = field[v];
         let mut sum = Vec3A::ZERO;
-        for &(to, weight) in &self.links[self.range(v)] {
+        for &(to, weight) in self.0.of(v) {
             sum += weight * (here - field[to as usize]);
         }
         sum
@@ -235,12 +205,12 @@ mod tests {
     fn the_recurrence_is_the_polynomial() {
         let mesh = dotwork_mesh::shapes::sphere(1);
         let places: Vec<Vec3A> = mesh.positions.iter().map(|&p| Vec3A::from_array(p)).collect();
-        let graph = Neighbours::new(&places, &mesh.triangles, glam::Mat3A::IDENTITY);
+        let graph = Graph::new(&places, &mesh.triangles, glam::Mat3A::IDENTITY);
         let (highest, filter) = (graph.highest(), low_pass(0.1));
         let n = places.len();
         let step = |field: &[f64]| -> Vec<f64> {
             let row = |v: usize| {
-                let links = &graph.links[graph.range(v)];
+                let links = graph.0.of(v);
                 let sum: f64 =
                     links.iter().map(|&(to, w)| f64::from(w) * (field[v] - field[to as usize])).sum();
                 field[v] - 2.0 * sum / highest

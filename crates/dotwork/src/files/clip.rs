@@ -25,7 +25,7 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Clip`]: the clip cannot be understood, or nothing is left.
     pub(crate) fn clipped(mut self, style: &Style) -> Result<Vec<MeshFile>, FileError> {
-        let text = &self.clip(style);
+        let text = &self.outlook.clip(style);
         let whole = bounds(&self.raw);
         self.whole = self.volume.is_some().then_some(whole);
         if text.is_empty() {
@@ -68,21 +68,13 @@ impl MeshFile {
     /// The normals of the planes at which `style` cuts; they point to what is removed.
     pub(crate) fn cut_sides(&self, style: &Style) -> Vec<Vec3> {
         // The directions of planes do not depend on the box in which they are placed.
-        let region = ClipRegion::parse(&self.clip(style), [DVec3::ZERO, DVec3::ONE]);
+        let region = ClipRegion::parse(&self.outlook.clip(style), [DVec3::ZERO, DVec3::ONE]);
         region.map_or_else(|_| Vec::new(), |r| r.planes().iter().map(|p| p.normal.as_vec3()).collect())
-    }
-
-    /// What `style` cuts away of it, in words; empty for nothing.
-    fn clip(&self, style: &Style) -> String {
-        match &style.clip {
-            Clip::Auto => self.outlook.cut().unwrap_or_default(),
-            Clip::Planes(planes) => planes.clone(),
-        }
     }
 
     /// The style of this part of an object that is drawn in `style`: a cut shows its values.
     pub fn style(&self, style: Style) -> Style {
-        let style = Style { clip: Clip::Planes(self.clip(&style)), ..style };
+        let style = Style { clip: Clip::Planes(self.outlook.clip(&style)), ..style };
         match self.source.cut {
             None => self.look.over(style),
             Some(_) => Style { texture: 1.0, back: 0.0, ..style },
@@ -121,7 +113,7 @@ fn flat(cut: &CutFace, face: &CutPlane, inks: &[f64]) -> RawMesh {
 }
 
 /// The box of a mesh, world units.
-fn bounds(raw: &RawMesh) -> [DVec3; 2] {
+pub(super) fn bounds(raw: &RawMesh) -> [DVec3; 2] {
     let origin = DVec3::from_array(raw.origin);
     let point = |p: &[f32; 3]| origin + DVec3::from_array(p.map(f64::from));
     let finite = raw.positions.iter().map(point).filter(|p| p.is_finite());

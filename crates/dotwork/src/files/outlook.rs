@@ -1,6 +1,7 @@
 //! From where an input is looked at unless a camera is given.
 
 use dotwork_drawing::{Camera, UpAxis};
+use dotwork_ink::{Clip, Style};
 use dotwork_volume::{Space, Volume};
 use glam::{DVec3, Vec3};
 
@@ -67,8 +68,16 @@ impl Outlook {
         camera.turn_towards(sides);
     }
 
-    /// The clip that cuts a slice open where it is looked at, as [`dotwork_mesh::ClipRegion::parse`] reads it.
-    pub(super) fn cut(&self) -> Option<String> {
+    /// What `style` cuts away, as [`dotwork_mesh::ClipRegion::parse`] reads it; empty for nothing.
+    pub(super) fn clip(&self, style: &Style) -> String {
+        match &style.clip {
+            Clip::Auto => self.cut().unwrap_or_default(),
+            Clip::Planes(planes) => planes.clone(),
+        }
+    }
+
+    /// The clip that cuts a slice open where it is looked at.
+    fn cut(&self) -> Option<String> {
         let DVec3 { x, y, z } = self.flat.filter(|_| self.slices)?;
         // Rounding of a millionth turns by less than a pixel on any page.
         let short = |v: f64| (v * 1e6).round() / 1e6 + 0.0;

@@ -3,11 +3,13 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use dotwork_drawing::{UpAxis, Warnings};
-use dotwork_ink::{FeatureChoice, Keep, Style};
+use dotwork_ink::{FeatureChoice, Keep, Style, SurfaceChoice};
 use dotwork_io::volume::LabelTable;
+use dotwork_mesh::ClipRegion;
 use dotwork_volume::{Features, IsoOptions, Label, Preparation, Volume};
 
 use super::FileError;
+use super::clip::bounds;
 use super::input::MeshFile;
 use super::outlook::Outlook;
 use super::parts::{Look, Meaning};
@@ -245,8 +247,18 @@ impl VolumeInput {
         }
         let affine = volume.affine();
         let world = World { space: affine.space, unit: affine.unit };
-        let raw =
+        let mut raw =
             volume.isosurface(iso, &IsoOptions { cap: style.cap }, warnings).map_err(|e| self.error(e))?;
+        if style.surface == SurfaceChoice::Ridge {
+            // What cannot be understood is said where it is cut.
+            let cut = ClipRegion::parse(&self.outlook().clip(style), bounds(&raw)).ok();
+            let report = volume.snap_to_ridge(&mut raw, cut.as_ref());
+            let share = 100.0 * report.found as f64 / report.vertices.max(1) as f64;
+            notes.push(format!(
+                "moved to the ridge, {} voxels in the mean; {share:.0} % has one in reach",
+                short(report.moved)
+            ));
+        }
         let VolumeInput { name, input, format, facts, source, .. } = self;
         let [name, input, format] = [name, input, format].map(String::clone);
         let (facts, source) = (facts.clone(), Source { iso: Some(iso), ..source.clone() });
