@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use dotwork::ink::PARAMS;
 use dotwork::{LoadOptions, Loaded, Object, Plate, Scene, Style, Warnings, load_with};
 
 use crate::options::Options;
 use crate::output;
 use crate::report::{Failure, Report};
+
+/// Keys that say what of a volume becomes a surface: a bake holds the surface.
+const OF_VOLUMES: [&str; 7] = ["feature", "surface", "window", "smooth", "cap", "keep", "crop"];
 
 /// Reads all inputs into one scene, which is to become `output`. A `.dots` file that is the only input brings its
 /// camera, light and page too; beside others it brings its seed, which is that of its stipples.
@@ -141,12 +145,25 @@ fn restyle(
     warnings: &mut Warnings,
 ) -> Result<(), Failure> {
     let mut style = options.style(&object.style);
-    let (baked, wanted) = (object.style.regularity, style.regularity);
-    if wanted != baked {
-        warnings.say(format!(
-            "was baked with regularity {baked} and keeps it; {wanted} needs another dotwork bake"
-        ));
-        style.regularity = baked;
+    let of_volume = object.source.as_ref().is_some_and(|source| source.iso.is_some());
+    let (mut baked, mut wanted) = (Vec::new(), Vec::new());
+    let shapes = |name| OF_VOLUMES.contains(&name) || name == "clip" || name == "regularity";
+    for param in PARAMS.iter().filter(|p| shapes(p.name)) {
+        let (old, new) = (param.get(&object.style), param.get(&style));
+        if new == old {
+            continue;
+        }
+        // Another style brings the defaults of all that it says nothing about.
+        let asked = param.name == "regularity" || new != param.default();
+        if asked && (of_volume || !OF_VOLUMES.contains(&param.name)) {
+            baked.push(format!("{} {old}", param.name));
+            wanted.push(format!("{} {new}", param.name));
+        }
+        style.set(param.name, &old).map_err(Failure::Run)?;
+    }
+    if !baked.is_empty() {
+        let (baked, wanted) = (baked.join(", "), wanted.join(", "));
+        warnings.say(format!("was baked with {baked} and keeps it; {wanted} needs another dotwork bake"));
     }
     object.restyle(style).map_err(|e| Failure::Run(format!("{}: {e}", input.display())))
 }

@@ -68,6 +68,14 @@ fn what_needs_another_bake_is_said() {
     place.draw("t.dots -o t.png --seed 0 --stipples 3000 --size 100");
     let loose = place.run("render t.dots -o t.png --set regularity=0.5 --set dot_size=5px --size 100");
     loose.warned(&["t.dots", "regularity 1", "0.5", "bake"]);
+    // What of a volume became a surface stays too; of a mesh only the cut is meant.
+    let cut =
+        place.run("render t.dots -o t.png --set clip=x>0.5 --set smooth=2 --set dot_size=5px --size 100");
+    cut.warned(&["t.dots", "with clip none and keeps it", "; clip x>0.5 needs another dotwork bake"]);
+    place.run("bake demo:shells -o s.dots --stipples 3000 --set smooth=1").ok();
+    let dense = "render s.dots -o t.png --style bone --set surface=ridge --set dot_size=5px --size 100";
+    place.run(dense).warned(&["s.dots", "feature auto, surface iso", "feature dense, surface ridge", "bake"]);
+    assert!(!place.run("render s.dots -o t.png --style night --size 100").stderr.contains("smooth"));
     // A style for another view asks for more than there is.
     let auto = "bake demo:torus -o small.dots --size 100";
     place.run(auto).ok();
