@@ -11,7 +11,7 @@ use glam::Vec3;
 use crate::depth::{DepthBuffer, LINE_BIAS, nearness_and_pixel};
 
 /// Side of a square, pixels.
-const SQUARE: usize = 4;
+const SQUARE: usize = 2;
 
 /// Largest distance of a triangle's corners from its centre, pixels and pixels' widths of depth.
 const LARGEST: f32 = 1.5;

@@ -180,7 +180,7 @@ impl Contours {
     fn find(&mut self, surface: &Smooth, eye: Eye, hidden: &(impl Fn([Vec3; 3]) -> bool + Sync)) {
         let mesh = surface.mesh;
         // Where no normal is split, a vertex has one value of g, and most triangles need no more than three signs.
-        let smooth = surface.normals.len() == mesh.positions.len();
+        let smooth = surface.whole;
         if smooth {
             (&mesh.positions, surface.normals)
                 .into_par_iter()
@@ -390,6 +390,8 @@ struct Smooth<'a> {
     normals: &'a [Vec3],
     /// For each triangle corner its normal in `normals`.
     corner_normals: &'a [[u32; 3]],
+    /// No normal is split: each is that of the vertex with its number, and `corner_normals` need not be read.
+    whole: bool,
 }
 
 impl<'a> Smooth<'a> {
@@ -398,7 +400,8 @@ impl<'a> Smooth<'a> {
             true => (&mesh.normals, &mesh.corner_normals),
             false => (&creases.normals, &creases.corner_normals),
         };
-        Smooth { mesh, creases, normals, corner_normals }
+        let whole = normals.len() == mesh.positions.len();
+        Smooth { mesh, creases, normals, corner_normals, whole }
     }
 
     /// The values of g at the corners of triangle `t`.
@@ -425,7 +428,10 @@ impl<'a> Smooth<'a> {
             t: t as u32,
             vertices,
             corners: self.corners(t),
-            normals: self.corner_normals[t].map(|n| self.normals[n as usize]),
+            normals: match self.whole {
+                true => vertices.map(|n| self.normals[n as usize]),
+                false => self.corner_normals[t].map(|n| self.normals[n as usize]),
+            },
             sharp: self.creases.sharp.get(t).copied().unwrap_or(0),
         }
     }

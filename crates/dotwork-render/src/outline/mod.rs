@@ -106,8 +106,10 @@ impl Outliner {
         let sheet = Sheet { view, page, hidden, width: style.outline.to_px(page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
-        // A line may bridge a gap, and its ink changes over a stretch.
-        let margin = if hidden.focus.is_some() { GAP.max(FADE) } else { GAP } + 2.0 * STEP;
+        // A place of a line is seen if one of nine pixels shows it. Where a line bridges a gap, no place in there is
+        // farther than half of that from what is seen; where a focus thins it, its ink changes over a stretch.
+        let reach = if hidden.focus.is_some() { FADE } else { 0.5 * (GAP + STEP) };
+        let margin = reach + STEP;
         if let Some(depth) = hidden.depth {
             self.covered.look(depth, margin);
         }
