@@ -223,6 +223,8 @@ fn lossless_codecs_give_the_samples() {
         ("j2k_uint12.dcm", &u12, "JPEG 2000"),
         ("j2k_int16.dcm", &i16, "JPEG 2000"),
         ("jpeg_lossless_int16.dcm", &i16, "JPEG lossless"),
+        ("jpeg_ls.dcm", &u8, "JPEG-LS"),
+        ("jls_int16.dcm", &i16, "JPEG-LS"),
         ("deflated_int16.dcm", &i16, "deflated"),
     ] {
         let file = read_quietly(name, &kept(name));
@@ -239,7 +241,7 @@ fn lossless_codecs_give_the_samples() {
             (0.2126 * r + 0.7152 * g + 0.0722 * b).round()
         })
         .collect();
-    for name in ["rle_colour.dcm", "j2k_colour.dcm"] {
+    for name in ["rle_colour.dcm", "j2k_colour.dcm", "jls_colour.dcm", "jls_colour_lines.dcm"] {
         let (file, warnings) = read(name, &kept(name));
         assert_eq!(numbers(&file), luminance, "{name}");
         assert_eq!(warnings, ["the luminance of colours is taken"]);
@@ -248,6 +250,39 @@ fn lossless_codecs_give_the_samples() {
     let (file, _) = read("c", &kept("jpeg_baseline_colour.dcm"));
     let error = numbers(&file).iter().zip(&luminance).map(|(a, b)| (a - b).abs()).sum::<f64>() / 1440.0;
     assert!(error < 6.0, "{error}");
+}
+
+/// Samples of both sorts of JPEG-LS coding: runs within flat areas, and the sawtooth of [`pattern`] between them.
+fn blocks() -> Vec<i64> {
+    let sawtooth = &pattern()[0];
+    let sample = |i: usize| match (i % 40, i / 40) {
+        (x, y) if (x / 8 + y / 6) % 3 == 0 => sawtooth[i] / 4,
+        (x, y) => 100 * (x / 20 + y / 18) as i64,
+    };
+    (0..1440).map(sample).collect()
+}
+
+#[test]
+fn jpeg_ls_with_runs_presets_and_restarts() {
+    let blocks = blocks();
+    let found = |name: &str| -> Vec<i64> {
+        numbers(&read_quietly(name, &kept(name))).iter().map(|&v| v as i64).collect()
+    };
+    assert_eq!(found("jls_restarts_uint10.dcm"), blocks);
+    // Two frames of two fragments each, without a table that says which is whose.
+    let upside_down: Vec<i64> = blocks.chunks(40).rev().flatten().copied().collect();
+    assert_eq!(found("jls_frames_uint10.dcm"), [blocks, upside_down].concat());
+}
+
+#[test]
+fn nearly_lossless_jpeg_ls() {
+    let file = read_quietly("near", &kept("jls_near_uint12.dcm"));
+    assert_eq!(file.format, "DICOM, JPEG-LS near-lossless");
+    let samples: Vec<i64> = numbers(&file).iter().map(|&v| v as i64).collect();
+    assert!(samples.iter().zip(&pattern()[0]).all(|(a, b)| (a - b).abs() <= 3));
+    // An independent decoder's samples, summed up with weights.
+    let sum: i64 = samples.iter().enumerate().map(|(i, s)| s * (i as i64 % 97 + 1)).sum();
+    assert_eq!(sum, 136_246_589);
 }
 
 #[test]

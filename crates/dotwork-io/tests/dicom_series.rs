@@ -187,7 +187,7 @@ fn of_slices_at_one_place_one_kind_is_taken() {
 fn files_that_are_no_slices_are_counted() {
     let report = Set::default().text(0x0008_0060, "CS", "SR").file();
     let whole = slice(2.0, 20).file();
-    let unread = slice(3.0, 30).file_as(Form::Explicit, "1.2.840.10008.1.2.4.80");
+    let unread = slice(3.0, 30).file_as(Form::Explicit, "1.2.840.10008.1.2.4.110");
     let folder = folder(&[
         ("a/1", slice(0.0, 0).file()),
         ("a/b/2", slice(1.0, 10).file()),
@@ -216,10 +216,10 @@ fn files_that_are_no_slices_are_counted() {
 
 #[test]
 fn a_folder_without_a_readable_image_says_why() {
-    let unread = slice(3.0, 30).file_as(Form::Explicit, "1.2.840.10008.1.2.4.80");
+    let unread = slice(3.0, 30).file_as(Form::Explicit, "1.2.840.10008.1.2.4.110");
     let error = read_path(folder(&[("x", unread)]).path()).0.unwrap_err().to_string();
     assert!(
-        error.contains("x: is DICOM whose pixels are packed as JPEG-LS (1.2.840.10008.1.2.4.80)"),
+        error.contains("x: is DICOM whose pixels are packed as JPEG XL (1.2.840.10008.1.2.4.110)"),
         "{error}"
     );
 }

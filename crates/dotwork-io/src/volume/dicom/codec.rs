@@ -1,4 +1,4 @@
-//! Frames out of packed bytes: RLE by hand, JPEG and JPEG 2000 by their decoders.
+//! Frames out of packed bytes: RLE by hand, JPEG and JPEG 2000 by their decoders; JPEG-LS is in [`super::jpeg_ls`].
 //!
 //! A decoder is only asked for a frame once its header has been found to declare what the data set declares, and the
 //! caller has found that little enough for the bytes at hand.
@@ -9,7 +9,7 @@ use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 use crate::volume::dicom::image::{Color, Layout};
 
 /// What is wrong with a frame.
-type Damage = String;
+pub(super) type Damage = String;
 
 /// Puts samples into memory of samples of `width` bytes, in this machine's byte order.
 fn put(out: &mut [u8], width: usize, samples: impl Iterator<Item = i64>) {
@@ -26,6 +26,11 @@ fn put_words<const N: usize>(
     word: impl Fn(i64) -> [u8; N],
 ) {
     out.iter_mut().zip(samples).for_each(|(o, s)| *o = word(s));
+}
+
+/// Puts one sample into memory of samples of `width` bytes, in this machine's byte order.
+pub(super) fn put_at(out: &mut [u8], width: usize, place: usize, sample: i64) {
+    put(&mut out[place * width..][..width], width, std::iter::once(sample));
 }
 
 /// Unpacks an RLE frame (PS3.5, annex G): a segment for each byte of a sample, the highest first, and each component,
@@ -173,7 +178,7 @@ pub(super) fn jpeg2000(data: &[u8], layout: &Layout, out: &mut [u8]) -> Result<(
 }
 
 /// Compares what packed data declare with what the data set declares.
-fn check(layout: &Layout, size: [u64; 2], components: usize, name: &str) -> Result<(), Damage> {
+pub(super) fn check(layout: &Layout, size: [u64; 2], components: usize, name: &str) -> Result<(), Damage> {
     let declared = [layout.columns as u64, layout.rows as u64];
     if size != declared || components != layout.components {
         return Err(format!(

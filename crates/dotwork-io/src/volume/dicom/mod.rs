@@ -8,7 +8,7 @@
 //!    another size, orientation or spacing is left out and said.
 //! 3. [`stack`]: slices are sorted by their position along the normal and put on a regular grid; holes are filled,
 //!    a gantry's tilt stays as shear.
-//! 4. [`pixels`], [`codec`]: frames are decoded, each straight into its place.
+//! 4. [`pixels`], [`codec`], [`jpeg_ls`]: frames are decoded, each straight into its place.
 //! 5. [`values`]: padding becomes low, differing scalings become `float32`, MONOCHROME1 is turned round.
 //!
 //! World coordinates are the patient's, LPS in millimetres, as DICOM has them. Names and numbers of patients are
@@ -17,7 +17,8 @@
 //! The parser is our own: some hundred lines that borrow from the file and check every length against it. The DICOM
 //! crates bring a dictionary and 75 crates to build, and decide for themselves what to allocate. Decoders are taken
 //! where they are pure Rust without `unsafe`: `jpeg-decoder` (baseline, extended of 8 bits, lossless to 16 bits) and
-//! `hayro-jpeg2000`. JPEG-LS, JPEG XL, high-throughput JPEG 2000 and video are refused by name.
+//! `hayro-jpeg2000`; that of JPEG-LS is our own ([`jpeg_ls`]). JPEG XL, high-throughput JPEG 2000 and video are refused
+//! by name.
 //!
 //! Memory: native pixels take what the files hold, once, and twice more where holes are filled; packed ones may take
 //! 16 MiB or 200 times their size, whichever is more, and their decoders 128 MiB or 512 times that size meanwhile (that
@@ -25,6 +26,7 @@
 
 mod codec;
 mod image;
+mod jpeg_ls;
 mod pixels;
 mod scan;
 mod series;

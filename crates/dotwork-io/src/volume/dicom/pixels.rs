@@ -8,6 +8,7 @@ use dotwork_volume::{SampleType, Samples};
 use crate::error::ReadErrorKind;
 use crate::volume::dicom::codec;
 use crate::volume::dicom::image::{Color, Layout};
+use crate::volume::dicom::jpeg_ls::jpeg_ls;
 use crate::volume::dicom::set::PixelElement;
 use crate::volume::dicom::syntax::{Codec, Syntax};
 use crate::volume::fill::{as_bytes_mut, swap_bytes, zeroed};
@@ -61,7 +62,7 @@ impl<'a> Pixels<'a> {
         self.unpack(frame, all)?;
         mend(layout, all);
         // Packed luminance and colour differences were turned into RGB; of others the luminance comes first.
-        let plain = matches!(self.syntax.codec, Codec::Native | Codec::Rle);
+        let plain = matches!(self.syntax.codec, Codec::Native | Codec::Rle | Codec::JpegLs);
         let how = match layout.color {
             Color::Ybr if plain => Reduction::First,
             _ => Reduction::Luminance,
@@ -85,6 +86,7 @@ impl<'a> Pixels<'a> {
         let decode = match self.syntax.codec {
             Codec::Rle => codec::rle,
             Codec::Jpeg => codec::jpeg,
+            Codec::JpegLs => jpeg_ls,
             _ => codec::jpeg2000,
         };
         decode(&data, &self.layout, out)

@@ -11,6 +11,8 @@ pub(super) enum Codec {
     Rle,
     /// JPEG, lossy or lossless.
     Jpeg,
+    /// JPEG-LS, lossless or nearly.
+    JpegLs,
     /// JPEG 2000.
     Jpeg2000,
     /// Something that is not read.
@@ -21,7 +23,8 @@ impl Codec {
     /// What decoding a frame takes for each of its samples besides the samples themselves, bytes.
     pub(super) fn bytes_per_sample(self) -> u64 {
         match self {
-            Codec::Native | Codec::Unread => 0,
+            // JPEG-LS keeps two lines.
+            Codec::Native | Codec::JpegLs | Codec::Unread => 0,
             Codec::Rle => 1,
             // Coefficients of 16 bits, planes, samples side by side.
             Codec::Jpeg => 6,
@@ -53,8 +56,8 @@ const PACKED: [(&str, &str, Codec); 34] = [
     (".4.70", "JPEG lossless", Codec::Jpeg),
     (".4.90", "JPEG 2000", Codec::Jpeg2000),
     (".4.91", "JPEG 2000", Codec::Jpeg2000),
-    (".4.80", "JPEG-LS", Codec::Unread),
-    (".4.81", "JPEG-LS", Codec::Unread),
+    (".4.80", "JPEG-LS", Codec::JpegLs),
+    (".4.81", "JPEG-LS near-lossless", Codec::JpegLs),
     (".4.92", "JPEG 2000 part 2", Codec::Unread),
     (".4.93", "JPEG 2000 part 2", Codec::Unread),
     (".4.94", "JPIP, pixels on a server", Codec::Unread),
@@ -119,7 +122,7 @@ impl Syntax {
         let uid: String = uid.chars().take(64).collect();
         let uid = if uid.is_empty() { String::new() } else { format!(" ({})", one_line(&uid)) };
         Err(ReadErrorKind::Refused(format!(
-            "is DICOM whose pixels are packed as {}{uid}, which is not read; RLE, JPEG and JPEG 2000 are",
+            "is DICOM whose pixels are packed as {}{uid}, which is not read; RLE, JPEG, JPEG-LS and JPEG 2000 are",
             self.name
         )))
     }
