@@ -16,7 +16,7 @@ fn what_cannot_be_unpacked_is_refused_by_name() {
     for (uid, name) in [
         ("1.2.840.10008.1.2.4.100", "MPEG-2 video"),
         ("1.2.840.10008.1.2.4.110", "JPEG XL"),
-        ("1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000"),
+        ("1.2.840.10008.1.2.4.112", "JPEG XL"),
         ("1.2.840.10008.1.2.4.55", "a retired kind of JPEG"),
         ("1.2.840.113619.5.2", "a private kind"),
         ("1.2.840.10008.1.2.77", "an unknown kind"),
@@ -59,12 +59,20 @@ fn declared_sizes_are_not_believed() {
         let message = refusal("x.dcm", &packed);
         assert!(message.contains("many times the size of its files"), "{name}: {message}");
     }
-    // The stream alone lies.
-    let mut stream_lies = kept("j2k_uint12.dcm");
-    let stream = start_of_stream(&stream_lies);
-    stream_lies[stream + 8..stream + 12].copy_from_slice(&60000u32.to_be_bytes());
-    let message = refusal("x.dcm", &stream_lies);
-    assert!(message.contains("JPEG 2000 data of 60000 x 36 pixels"), "{message}");
+    // The stream alone lies: of its width, its components, its bits.
+    for name in ["j2k_uint12.dcm", "htj2k_int16.dcm"] {
+        for (at, bytes, reason) in [
+            (8, &60000u32.to_be_bytes()[..], "JPEG 2000 data of 60000 x 36 pixels"),
+            (41, &[3], "JPEG 2000 data of 40 x 36 pixels with 3 samples, where 40 x 36 with 1 are declared"),
+            (42, &[19], "JPEG 2000 data of 20 bits, where"),
+        ] {
+            let mut stream_lies = kept(name);
+            let at = start_of_stream(&stream_lies) + at;
+            stream_lies[at..at + bytes.len()].copy_from_slice(bytes);
+            let message = refusal("x.dcm", &stream_lies);
+            assert!(message.starts_with("x.dcm: DICOM frame 1: ") && message.contains(reason), "{message}");
+        }
+    }
     // Sequences in sequences.
     let mut deep = Set::default();
     for _ in 0..2000 {
@@ -173,6 +181,9 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     ];
     for name in [
         "deflated_int16.dcm",
+        "htj2k_colour.dcm",
+        "htj2k_int16.dcm",
+        "htj2k_lossy_uint8.dcm",
         "j2k_colour.dcm",
         "j2k_int16.dcm",
         "j2k_uint12.dcm",

@@ -126,44 +126,72 @@ pub(super) fn jpeg(data: &[u8], layout: &Layout, out: &mut [u8]) -> Result<(), D
     Ok(())
 }
 
+/// A JPEG 2000 code stream whose header declares what the data set declares.
+struct CodeStream<'a> {
+    bytes: &'a [u8],
+    /// Of each component, whether it is signed, and its bits.
+    components: Vec<(bool, u32)>,
+}
+
+impl<'a> CodeStream<'a> {
+    /// Finds the stream; size, precision and sign stand first (ISO 15444-1, A.5.1).
+    fn of(data: &'a [u8], layout: &Layout) -> Result<CodeStream<'a>, Damage> {
+        // DICOM holds code streams; a file around one (a box format) is passed over.
+        const START: &[u8] = b"\xff\x4f\xff\x51";
+        let start = data.windows(START.len()).position(|w| w == START);
+        let bytes = &data[start.ok_or("JPEG 2000 data without a code stream")?..];
+        let long = |at: usize| {
+            bytes
+                .get(at..)
+                .and_then(|d| d.first_chunk::<4>())
+                .map_or(0, |b| u64::from(u32::from_be_bytes(*b)))
+        };
+        let size = [long(8).saturating_sub(long(16)), long(12).saturating_sub(long(20))];
+        let components = bytes.get(40..42).map_or(0, |b| usize::from(b[0]) << 8 | usize::from(b[1]));
+        check(layout, size, components, "JPEG 2000")?;
+        let tiles =
+            |axis: usize| long(8 + 4 * axis).saturating_sub(long(32 + 4 * axis)) / long(24 + 4 * axis).max(1);
+        if tiles(0).saturating_mul(tiles(1)) > bytes.len() as u64 {
+            return Err("JPEG 2000 data with more tiles than bytes".into());
+        }
+        let component = |c: usize| {
+            let precision = bytes.get(42 + 3 * c).copied().unwrap_or_default();
+            (precision & 0x80 != 0, u32::from(precision & 0x7f) + 1)
+        };
+        let components: Vec<(bool, u32)> = (0..components).map(component).collect();
+        if let Some((_, bits)) = components.iter().find(|c| c.1 > layout.allocated) {
+            return Err(format!(
+                "JPEG 2000 data of {bits} bits, where {} of {} are declared",
+                layout.stored, layout.allocated
+            ));
+        }
+        Ok(CodeStream { bytes, components })
+    }
+
+    /// What the decoders add to the samples of a component of `bits`: they shift all to be positive, signed ones too.
+    fn shift(&self, component: usize, bits: u32) -> i64 {
+        if self.components[component].0 { 1 << (bits.clamp(1, 38) - 1) } else { 0 }
+    }
+}
+
 /// Unpacks a JPEG 2000 frame, samples of a pixel side by side.
 pub(super) fn jpeg2000(data: &[u8], layout: &Layout, out: &mut [u8]) -> Result<(), Damage> {
-    // DICOM holds code streams; a file around one (a box format) is passed over.
-    const START: &[u8] = b"\xff\x4f\xff\x51";
-    let start = data.windows(START.len()).position(|w| w == START);
-    let stream = &data[start.ok_or("JPEG 2000 data without a code stream")?..];
+    let stream = CodeStream::of(data, layout)?;
     let damage = |e: &dyn std::fmt::Display| format!("JPEG 2000 data: {e}");
-    // Size, precision and sign stand first (ISO 15444-1, A.5.1).
-    let long = |at: usize| {
-        stream.get(at..).and_then(|d| d.first_chunk::<4>()).map_or(0, |b| u64::from(u32::from_be_bytes(*b)))
-    };
-    let size = [long(8).saturating_sub(long(16)), long(12).saturating_sub(long(20))];
-    let components = stream.get(40..42).map_or(0, |b| usize::from(b[0]) << 8 | usize::from(b[1]));
-    check(layout, size, components, "JPEG 2000")?;
-    let tiles =
-        |axis: usize| long(8 + 4 * axis).saturating_sub(long(32 + 4 * axis)) / long(24 + 4 * axis).max(1);
-    if tiles(0).saturating_mul(tiles(1)) > stream.len() as u64 {
-        return Err("JPEG 2000 data with more tiles than bytes".into());
-    }
-    let signed = (0..components).map(|c| stream.get(42 + 3 * c).is_some_and(|s| s & 0x80 != 0));
-    let signed: Vec<bool> = signed.collect();
-
-    let image = Image::new(stream, &DecodeSettings::default()).map_err(|e| damage(&e))?;
-    if [u64::from(image.width()), u64::from(image.height())] != size {
+    let image = Image::new(stream.bytes, &DecodeSettings::default()).map_err(|e| damage(&e))?;
+    if [image.width() as usize, image.height() as usize] != [layout.columns, layout.rows] {
         return Err("JPEG 2000 data of another size than they declare".into());
     }
     let mut context = DecoderContext::default();
     let decoded = image.decode(&mut context).map_err(|e| damage(&e))?;
     let planes = decoded.components();
+    let components = layout.components;
     if planes.len() != components || planes.iter().any(|p| p.samples().len() < layout.pixels()) {
         return Err("JPEG 2000 data: samples are missing".into());
     }
     let bytes = layout.sample.bytes();
     let sample = |component: usize, value: f32| {
-        // The decoder shifts all samples to be positive, signed ones too.
-        let shift =
-            if signed[component] { 1i64 << (planes[component].bit_depth().clamp(1, 38) - 1) } else { 0 };
-        value.round() as i64 - shift
+        value.round() as i64 - stream.shift(component, planes[component].bit_depth().into())
     };
     if components == 1 {
         put(out, bytes, planes[0].samples().iter().map(|&v| sample(0, v)));
@@ -173,6 +201,42 @@ pub(super) fn jpeg2000(data: &[u8], layout: &Layout, out: &mut [u8]) -> Result<(
             sample(component, planes[component].samples()[pixel])
         });
         put(out, bytes, side_by_side);
+    }
+    Ok(())
+}
+
+/// Unpacks a frame of JPEG 2000 with high throughput (ISO 15444-15), samples of a pixel side by side.
+///
+/// Of lossy ones the decoder takes the lower end of each step of the quantiser, where others take its middle: coefficients
+/// are up to a step too small, which ISO 15444-1, annex E, leaves to decoders.
+pub(super) fn high_throughput(data: &[u8], layout: &Layout, out: &mut [u8]) -> Result<(), Damage> {
+    let stream = CodeStream::of(data, layout)?;
+    let bits = stream.components[0].1;
+    // The decoder takes the precision of the first for that of all, and writes words.
+    if bits > 16 || stream.components.iter().any(|c| c.1 != bits) {
+        return Err(
+            "high-throughput JPEG 2000 of more than 16 bits, or of several precisions, which is not read"
+                .into(),
+        );
+    }
+    let damage = |e: &dyn std::fmt::Display| format!("high-throughput JPEG 2000 data: {e}");
+    let settings = dicom_toolkit_jpeg2000::DecodeSettings::default();
+    let image = dicom_toolkit_jpeg2000::Image::new(stream.bytes, &settings).map_err(|e| damage(&e))?;
+    if [image.width() as usize, image.height() as usize] != [layout.columns, layout.rows] {
+        return Err("JPEG 2000 data of another size than they declare".into());
+    }
+    let decoded = image.decode_native().map_err(|e| damage(&e))?;
+    let (wanted, width) = (layout.pixels() * layout.components, usize::from(decoded.bytes_per_sample));
+    if usize::from(decoded.num_components) != layout.components || decoded.data.len() != wanted * width {
+        return Err("JPEG 2000 data: samples are missing".into());
+    }
+    let shift = |i: usize| stream.shift(i % layout.components, bits);
+    let bytes = layout.sample.bytes();
+    if width == 2 {
+        let words = decoded.data.as_chunks::<2>().0.iter().map(|w| i64::from(u16::from_le_bytes(*w)));
+        put(out, bytes, words.enumerate().map(|(i, s)| s - shift(i)));
+    } else {
+        put(out, bytes, decoded.data.iter().enumerate().map(|(i, &s)| i64::from(s) - shift(i)));
     }
     Ok(())
 }

@@ -87,6 +87,7 @@ impl<'a> Pixels<'a> {
             Codec::Rle => codec::rle,
             Codec::Jpeg => codec::jpeg,
             Codec::JpegLs => jpeg_ls,
+            Codec::HighThroughput => codec::high_throughput,
             _ => codec::jpeg2000,
         };
         decode(&data, &self.layout, out)

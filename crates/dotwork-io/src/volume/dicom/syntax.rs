@@ -15,6 +15,8 @@ pub(super) enum Codec {
     JpegLs,
     /// JPEG 2000.
     Jpeg2000,
+    /// JPEG 2000 with another coding of its blocks.
+    HighThroughput,
     /// Something that is not read.
     Unread,
 }
@@ -29,7 +31,7 @@ impl Codec {
             // Coefficients of 16 bits, planes, samples side by side.
             Codec::Jpeg => 6,
             // Several planes in `f32`.
-            Codec::Jpeg2000 => 16,
+            Codec::Jpeg2000 | Codec::HighThroughput => 16,
         }
     }
 }
@@ -79,9 +81,9 @@ const PACKED: [(&str, &str, Codec); 34] = [
     (".4.110", "JPEG XL", Codec::Unread),
     (".4.111", "JPEG XL", Codec::Unread),
     (".4.112", "JPEG XL", Codec::Unread),
-    (".4.201", "high-throughput JPEG 2000", Codec::Unread),
-    (".4.202", "high-throughput JPEG 2000", Codec::Unread),
-    (".4.203", "high-throughput JPEG 2000", Codec::Unread),
+    (".4.201", "high-throughput JPEG 2000", Codec::HighThroughput),
+    (".4.202", "high-throughput JPEG 2000", Codec::HighThroughput),
+    (".4.203", "high-throughput JPEG 2000", Codec::HighThroughput),
     (".8.1", "deflated frames", Codec::Unread),
 ];
 
