@@ -59,6 +59,28 @@ fn declared_sizes_are_not_believed() {
         let message = refusal("x.dcm", &packed);
         assert!(message.contains("many times the size of its files"), "{name}: {message}");
     }
+    // Found by hand: precincts of one pixel in a file of a kilobyte, for each of which a decoder takes memory.
+    for name in ["j2k_uint12.dcm", "htj2k_int16.dcm"] {
+        let mut fine = kept(name);
+        let [rows, columns] = [0x10u8, 0x11].map(|element| {
+            fine.windows(8).position(|w| w == [0x28, 0, element, 0, b'U', b'S', 2, 0]).unwrap() + 8
+        });
+        let stream = start_of_stream(&fine);
+        for at in [rows, columns] {
+            fine[at..at + 2].copy_from_slice(&1400u16.to_le_bytes());
+        }
+        for at in [8, 12, 24, 28] {
+            fine[stream + at..stream + at + 4].copy_from_slice(&1400u32.to_be_bytes());
+        }
+        // The style of coding, with sizes of precincts in place of what follows it.
+        let style = stream + fine[stream..].windows(2).position(|w| w == [0xff, 0x52]).unwrap();
+        let levels = fine[style + 9];
+        fine[style + 3] = 13 + levels;
+        fine[style + 4] |= 1;
+        fine[style + 14..][..1 + usize::from(levels)].fill(0);
+        let message = refusal("x.dcm", &fine);
+        assert_eq!(message, "x.dcm: DICOM frame 1: JPEG 2000 data with more precincts than bytes");
+    }
     // The stream alone lies: of its width, its components, its bits.
     for name in ["j2k_uint12.dcm", "htj2k_int16.dcm"] {
         for (at, bytes, reason) in [

@@ -154,6 +154,10 @@ impl<'a> CodeStream<'a> {
         if tiles(0).saturating_mul(tiles(1)) > bytes.len() as u64 {
             return Err("JPEG 2000 data with more tiles than bytes".into());
         }
+        // Decoders take some hundred bytes for each precinct, of which a packet tells in a byte or more.
+        if most_precincts(bytes, size) > bytes.len() as u64 {
+            return Err("JPEG 2000 data with more precincts than bytes".into());
+        }
         let component = |c: usize| {
             let precision = bytes.get(42 + 3 * c).copied().unwrap_or_default();
             (precision & 0x80 != 0, u32::from(precision & 0x7f) + 1)
@@ -172,6 +176,54 @@ impl<'a> CodeStream<'a> {
     fn shift(&self, component: usize, bits: u32) -> i64 {
         if self.components[component].0 { 1 << (bits.clamp(1, 38) - 1) } else { 0 }
     }
+}
+
+/// The most precincts that a segment of the headers of a code stream divides a component of `size` into, tiles apart
+/// (ISO 15444-1, A.6.1, A.6.2, B.6).
+fn most_precincts(stream: &[u8], size: [u64; 2]) -> u64 {
+    let word =
+        |at: usize| stream.get(at..).and_then(|d| d.first_chunk::<2>()).map(|b| u16::from_be_bytes(*b));
+    let (mut at, mut most, mut tile_end) = (2, 0, None);
+    while let (Some(marker), Some(length)) = (word(at), word(at + 2)) {
+        let segment = stream.get(at + 4..at + 2 + usize::from(length)).unwrap_or_default();
+        match marker {
+            // Where this part of a tile ends.
+            0xff90 => {
+                let bytes = segment.get(2..).and_then(|s| s.first_chunk::<4>());
+                let length = bytes.map_or(0, |b| u32::from_be_bytes(*b) as usize);
+                tile_end = at.checked_add(length).filter(|_| length > 12);
+            }
+            // The samples of this part.
+            0xff93 => match tile_end.take() {
+                Some(end) if end > at => {
+                    at = end;
+                    continue;
+                }
+                _ => break,
+            },
+            0xff52 => most = most.max(precincts(segment.first(), segment.get(5..), size)),
+            0xff53 => most = most.max(precincts(segment.get(1), segment.get(2..), size)),
+            _ => {}
+        }
+        at += 2 + usize::from(length.max(2));
+    }
+    most
+}
+
+/// The precincts of a component whose coding has this style and these parameters.
+fn precincts(style: Option<&u8>, parameters: Option<&[u8]>, size: [u64; 2]) -> u64 {
+    let parameters = parameters.unwrap_or_default();
+    // Else they are larger than any image.
+    if style.is_none_or(|s| s & 1 == 0) || parameters.len() < 5 {
+        return 0;
+    }
+    let levels = u32::from(parameters[0].min(32));
+    let along = |axis: usize, shift: u32| size[axis].div_ceil(1 << shift);
+    let of = |(resolution, exponents): (u32, &u8)| {
+        let shift = levels.saturating_sub(resolution);
+        along(0, shift + u32::from(exponents & 15)) * along(1, shift + u32::from(exponents >> 4))
+    };
+    (0..=levels).zip(&parameters[5..]).map(of).sum()
 }
 
 /// Unpacks a JPEG 2000 frame, samples of a pixel side by side.
