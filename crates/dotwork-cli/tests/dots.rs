@@ -71,7 +71,7 @@ fn what_needs_another_bake_is_said() {
     // What of a volume became a surface stays too; of a mesh only the cut is meant.
     let cut =
         place.run("render t.dots -o t.png --set clip=x>0.5 --set smooth=2 --set dot_size=5px --size 100");
-    cut.warned(&["t.dots", "with clip none and keeps it", "; clip x>0.5 needs another dotwork bake"]);
+    cut.warned(&["t.dots", "with clip auto and keeps it", "; clip x>0.5 needs another dotwork bake"]);
     place.run("bake demo:shells -o s.dots --stipples 3000 --set smooth=1").ok();
     let dense = "render s.dots -o t.png --style bone --set surface=ridge --set dot_size=5px --size 100";
     place.run(dense).warned(&["s.dots", "feature auto, surface iso", "feature dense, surface ridge", "bake"]);

@@ -74,7 +74,9 @@ impl MeshFile {
 
     /// The style of this part of an object that is drawn in `style`: a cut shows its values.
     pub fn style(&self, style: Style) -> Style {
-        let style = Style { clip: Clip::Planes(self.outlook.clip(&style)), ..style };
+        // What was cut by itself is said, so that it is cut so again.
+        let cut = self.outlook.clip(&style);
+        let style = if cut.is_empty() { style } else { Style { clip: Clip::Planes(cut), ..style } };
         match self.source.cut {
             None => self.look.over(style),
             Some(_) => Style { texture: 1.0, back: 0.0, ..style },
