@@ -225,7 +225,7 @@ fn is_coherent(input: &Path, options: &str) {
         pops * 100.0,
         blinks * 100.0
     );
-    assert!(dots > 20_000 && pops < 0.0002 && blinks < 0.006, "{name}: {pops} {blinks}");
+    assert!(dots > 15_000 && pops < 0.0002 && blinks < 0.006, "{name}: {pops} {blinks}");
 }
 
 /// Distance, light, silhouette and creases together.
