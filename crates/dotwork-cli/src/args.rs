@@ -261,8 +261,8 @@ pub struct SceneArgs {
     /// bounding radii (fitted if left out); or front, back, left, right, top,
     /// bottom; volumes with an orientation also take anterior, posterior,
     /// superior, inferior, and their left and right are the patient's
-    /// [default: 20,15; such a volume: anterior; what a style cuts open is
-    /// turned towards the cut]
+    /// [default: 20,15; such a volume: anterior; thin ones are seen face on, and
+    /// what a style cuts open is turned towards the cut]
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true, value_parser = parse_camera, help_heading = "View")]
     pub camera: Option<String>,
 
@@ -284,7 +284,8 @@ pub struct SceneArgs {
     pub light_frame: Option<LightFrame>,
 
     /// which axis of the data points up: x, y, z, or the other way -x, -y, -z
-    /// [default: y; z for STL and for volumes with an orientation]
+    /// [default: y; z for STL, volumes with an orientation and MetaImage; -z for
+    /// other volumes, and -y for one that is seen as an image]
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "View")]
     pub up: Option<UpAxis>,
 

@@ -30,10 +30,9 @@ impl Outlook {
         Outlook { up, patient: false, flat: None, slices: false }
     }
 
-    /// That of a volume: a patient stands and faces the eye; of what does not say how it lies, slices begin at the top,
-    /// as their rows do. A flat one is seen face on: by the habits of radiology (from below, from the front, from the
+    /// That of a volume: a patient stands and faces the eye; what does not say how it lies has `up` up. A flat one is seen face on: by the habits of radiology (from below, from the front, from the
     /// left), or as an image.
-    pub fn of_volume(volume: &Volume) -> Outlook {
+    pub fn of_volume(volume: &Volume, up: UpAxis) -> Outlook {
         let affine = volume.affine();
         let patient = affine.space == Space::Patient;
         let (dims, steps) = (volume.dims(), affine.linear);
@@ -50,7 +49,7 @@ impl Outlook {
         let up = match (patient, image) {
             (true, _) => UpAxis::Z,
             (false, true) => UpAxis::NegY,
-            (false, false) => UpAxis::NegZ,
+            (false, false) => up,
         };
         let flat = thin.map(across).map(towards).filter(|n| *n != DVec3::ZERO);
         let slices = thin.is_some_and(|k| dims[k] <= MOST_LAYERS);
@@ -94,7 +93,8 @@ mod tests {
     fn outlook(dims: [usize; 3], spacing: [f64; 3], space: Space) -> Outlook {
         let affine = Affine { space, ..Affine::from_spacing(spacing) };
         let samples = Samples::U8(vec![0; dims.iter().product()]);
-        Outlook::of_volume(&Volume::new(dims, samples, Scaling::default(), affine).unwrap())
+        let volume = Volume::new(dims, samples, Scaling::default(), affine).unwrap();
+        Outlook::of_volume(&volume, UpAxis::NegZ)
     }
 
     #[test]

@@ -112,7 +112,10 @@ impl VolumeInput {
 
     /// From where it is looked at unless a camera is given.
     pub(super) fn outlook(&self) -> Outlook {
-        let outlook = Outlook::of_volume(&self.volume);
+        // What does not say how it lies has its first slice at the top, as images have their first row; but programs that
+        // write MetaImage take its axes for the patient's where it does not turn them.
+        let up = if self.format.starts_with("MetaImage") { UpAxis::Z } else { UpAxis::NegZ };
+        let outlook = Outlook::of_volume(&self.volume, up);
         // The built-in volumes stand along y, as the built-in shapes do, unless they are patients.
         let built_in = !outlook.patient && self.input.starts_with("demo:");
         if built_in { Outlook::of_mesh(UpAxis::Y) } else { outlook }

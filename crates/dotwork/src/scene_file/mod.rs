@@ -30,7 +30,7 @@ mod read;
 
 use std::path::PathBuf;
 
-use dotwork_drawing::Warnings;
+use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::Style;
 
 use crate::files::{FileError, LoadOptions, Loaded, MeshFile, VolumeInput, Watch, load_with, preparation};
@@ -131,7 +131,9 @@ impl SceneFile {
             let name = object.name.clone().unwrap_or_else(|| object.file.display().to_string());
             for part in parts.map_err(|e| error(e.to_string()))? {
                 notes.extend(part.notes.iter().map(|note| format!("{name}: {note}")));
-                object.add(part, style.clone(), &mut scene, &mut said).map_err(|e| error(e.to_string()))?;
+                object
+                    .add(part, style.clone(), self.settings.up, &mut scene, &mut said)
+                    .map_err(|e| error(e.to_string()))?;
             }
             for warning in said.iter() {
                 warnings.say(format!("{name}: {warning}"));
@@ -179,11 +181,12 @@ impl SceneObject {
         style
     }
 
-    /// Puts one part of the object into the scene: its surface, or a face of a cut.
+    /// Puts one part of the object into the scene, with `up` if the file says so: its surface, or a face of a cut.
     fn add(
         &self,
         mut part: MeshFile,
         style: Style,
+        up: Option<UpAxis>,
         scene: &mut Scene,
         warnings: &mut Warnings,
     ) -> Result<(), FileError> {
@@ -194,7 +197,7 @@ impl SceneObject {
             };
         }
         if scene.objects.is_empty() {
-            part.turn_camera(&style, None, scene);
+            part.turn_camera(&style, up, scene);
         }
         let style = part.style(style);
         part.place(self.placement);
