@@ -227,6 +227,45 @@ impl Camera {
     }
 }
 
+/// An eye that a file has placed, rather than angles about the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standpoint {
+    /// Where the eye is, object units.
+    pub eye: Vec3,
+    /// Unit vector from what it sees towards the eye.
+    pub back: Vec3,
+    /// Unit vector up the page, at right angles to `back`.
+    pub up: Vec3,
+    /// What it sees of the world.
+    pub lens: Lens,
+}
+
+/// How much an eye sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Perspective: the tangent of half the vertical field of view.
+    Perspective(f32),
+    /// Parallel projection: half the height of what is seen, object units.
+    Parallel(f32),
+}
+
+impl Standpoint {
+    /// The view from here of a bounding sphere on a page, whose height the lens fills; the image is scaled by `zoom`
+    /// about the page centre.
+    pub fn view(&self, center: Vec3, radius: f32, page: &Page, zoom: f32) -> View {
+        let Standpoint { eye, back, up, lens } = *self;
+        let half_height = 0.5 * page.height as f32 * zoom;
+        let projection = match lens {
+            Lens::Perspective(tangent) => Projection::Perspective { focal_px: half_height / tangent },
+            Lens::Parallel(half) => Projection::Parallel { px_per_unit: half_height / half },
+        };
+        let (cx, cy) = page.center_px();
+        // Depths count from the plane of the eye.
+        let distance = (eye - center).dot(back);
+        View { right: up.cross(back), up, back, eye, center, radius, distance, projection, cx, cy }
+    }
+}
+
 /// Sine and cosine of an angle in degrees, exact at multiples of 90°.
 fn sin_cos_deg(deg: f32) -> (f32, f32) {
     let r = deg.rem_euclid(360.0);

@@ -23,7 +23,7 @@ pub mod page;
 pub mod palette;
 pub mod warnings;
 
-pub use camera::{Camera, Projection, UpAxis, View};
+pub use camera::{Camera, Lens, Projection, Standpoint, UpAxis, View};
 pub use color::Color;
 pub use color_space::ColorSpace;
 pub use light::{Light, LightFrame};

@@ -38,12 +38,14 @@ pub(crate) struct Cleaned {
     pub(crate) colors: Vec<[u8; 4]>,
     /// One for each position, or none; as given.
     pub(crate) normals: Vec<[f32; 3]>,
+    /// The vertex that each one was before.
+    pub(crate) sources: Vec<u32>,
 }
 
 /// Checks and cleans; see [`crate::Mesh::build`]. On an error nothing has been added to `warnings`.
 pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result<Cleaned, MeshError> {
     check(&raw)?;
-    let RawMesh { mut positions, mut triangles, mut colors, mut normals, .. } = raw;
+    let RawMesh { mut positions, mut triangles, mut colors, mut normals, tracks, .. } = raw;
     let strange_colors = drop_misfits(&mut colors, positions.len(), "colours");
     let strange_normals = drop_misfits(&mut normals, positions.len(), "normals");
     // No triangle can reach further vertices.
@@ -57,7 +59,7 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     let unused = used.iter().filter(|&&u| !u).count();
     let first_unused = used.iter().position(|&u| !u);
 
-    if weld && let Some(canonical) = weld_map(&positions) {
+    if weld && let Some(canonical) = weld_map(&positions, &tracks) {
         triangles.par_iter_mut().for_each(|t| *t = t.map(|v| canonical[v as usize]));
     }
     let mut fates: Vec<Fate> = triangles
@@ -83,6 +85,7 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     retain_used(&mut normals, &used);
     compact(&mut positions, &mut triangles, &used);
     check_size(&positions)?;
+    let sources = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
 
     let place = |kind: &str, at: Option<usize>| at.map(|i| format!("{kind} {i}"));
     warnings.counted("degenerate triangles dropped", degenerate as u64, place("triangle", first_degenerate));
@@ -91,7 +94,7 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     for strange in [strange_colors, strange_normals].into_iter().flatten() {
         warnings.say(strange);
     }
-    Ok(Cleaned { positions, triangles, colors, normals })
+    Ok(Cleaned { positions, triangles, colors, normals, sources })
 }
 
 /// What [`clean`] leaves of a mesh in which there is nothing to clean.
@@ -101,7 +104,7 @@ pub(crate) fn trusted(raw: RawMesh, warnings: &mut Warnings) -> Result<Cleaned, 
     let positions = placed(&positions);
     check_size(&positions)?;
     drop_misfits(&mut colors, positions.len(), "colours").into_iter().for_each(|said| warnings.say(said));
-    Ok(Cleaned { positions, triangles, colors, normals })
+    Ok(Cleaned { positions, triangles, colors, normals, sources: Vec::new() })
 }
 
 /// Positions as vectors. Adding zero turns -0 into 0.
@@ -166,9 +169,10 @@ fn mark_used(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
     used
 }
 
-/// For each vertex the first one with the same position, or `None` if all positions differ.
-pub(crate) fn weld_map(positions: &[Vec3]) -> Option<Vec<u32>> {
+/// For each vertex the first one with the same position, and the same track if there are tracks; `None` if all differ.
+pub(crate) fn weld_map(positions: &[Vec3], tracks: &[u64]) -> Option<Vec<u32>> {
     let bits = |v: u32| positions[v as usize].to_array().map(f32::to_bits);
+    let track = |v: u32| tracks.get(v as usize).copied().unwrap_or(0);
     // The upper half of the hash, then the vertex: equal positions come to lie together, lowest vertex first.
     let mut keys: Vec<u64> = (0..positions.len() as u32)
         .into_par_iter()
@@ -184,7 +188,7 @@ pub(crate) fn weld_map(positions: &[Vec3]) -> Option<Vec<u32>> {
         }
         // A hash may be shared by different positions.
         group.clear();
-        group.extend(run.iter().map(|&key| (bits(key as u32), key as u32)));
+        group.extend(run.iter().map(|&key| ((bits(key as u32), track(key as u32)), key as u32)));
         group.sort_unstable();
         for same in group.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
             let map = canonical.get_or_insert_with(|| (0..positions.len() as u32).collect());

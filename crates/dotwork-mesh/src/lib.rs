@@ -2,6 +2,7 @@
 //!
 //! A reader fills a [`RawMesh`]; [`Mesh::build`] cleans it (welding, degenerate and duplicate triangles, unused
 //! vertices, winding), finds its topology and its normals, and says in [`dotwork_drawing::Warnings`] what it changed.
+//! A [`MovingMesh`] takes the poses that a [`Motion`] gives it; its triangles stay.
 //! [`Topology`] answers who neighbours whom; [`shapes`] makes analytic shapes for tests and the demos.
 //! This crate knows nothing of ink, files or devices.
 //!
@@ -23,6 +24,7 @@ mod creases;
 mod geometry;
 mod measure;
 mod mesh;
+mod motion;
 mod normals;
 pub mod shapes;
 pub mod topology;
@@ -32,4 +34,5 @@ pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
 pub use creases::{Crease, Creases};
 pub use measure::{Bounds, MeshStats};
 pub use mesh::{InOrder, Mesh, MeshError, MeshOptions, RawMesh};
+pub use motion::{Clip, Motion, MovingMesh, area_of};
 pub use topology::Topology;

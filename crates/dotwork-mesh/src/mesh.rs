@@ -27,6 +27,9 @@ pub struct RawMesh {
     pub normals: Vec<[f32; 3]>,
     /// What its maker vouches for; `None` for what comes from elsewhere, or was changed.
     pub in_order: Option<InOrder>,
+    /// How each vertex moves, as a number: vertices at the same place are one only if these are the same too, so that a
+    /// surface that opens as it moves is open from the start. Empty where nothing moves.
+    pub tracks: Vec<u64>,
 }
 
 /// The word of whoever made a mesh that there is nothing to clean: all vertices differ and are used, every triangle has
@@ -160,6 +163,19 @@ impl Mesh {
     ///
     /// Any [`MeshError`]; `warnings` then holds nothing new.
     pub fn build(raw: RawMesh, options: &MeshOptions, warnings: &mut Warnings) -> Result<Mesh, MeshError> {
+        Mesh::build_tracked(raw, options, warnings).map(|(mesh, _)| mesh)
+    }
+
+    /// As [`Mesh::build`], with the vertex of `raw` that each vertex of the mesh was.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`].
+    pub(crate) fn build_tracked(
+        raw: RawMesh,
+        options: &MeshOptions,
+        warnings: &mut Warnings,
+    ) -> Result<(Mesh, Vec<u32>), MeshError> {
         let origin = raw.origin;
         // A crease angle that is no number splits nothing.
         let smooth = options.crease_angle.is_nan() || options.crease_angle >= 180.0;
@@ -167,9 +183,10 @@ impl Mesh {
             && smooth
             && raw.normals.len() == raw.positions.len()
         {
-            return Ok(Mesh { origin, ..Mesh::in_order(raw, in_order, warnings)? });
+            let all = (0..raw.positions.len() as u32).collect();
+            return Ok((Mesh { origin, ..Mesh::in_order(raw, in_order, warnings)? }, all));
         }
-        let Cleaned { positions, mut triangles, colors, normals: given } =
+        let Cleaned { positions, mut triangles, colors, normals: given, sources } =
             clean::clean(raw, options.weld, warnings)?;
         let mut topology = Topology::new(positions.len(), &triangles);
         let as_given = (smooth && !given.is_empty()).then(|| triangles.clone());
@@ -185,7 +202,7 @@ impl Mesh {
             }
             None => computed(),
         };
-        Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed, colors })
+        Ok((Mesh { positions, triangles, normals, corner_normals, origin, closed, colors }, sources))
     }
 
     /// A mesh that its maker put in order, with the normals that it brings: what [`Mesh::build`] would make of it.
@@ -194,7 +211,7 @@ impl Mesh {
         InOrder { closed }: InOrder,
         warnings: &mut Warnings,
     ) -> Result<Mesh, MeshError> {
-        let Cleaned { positions, triangles, colors, normals } = clean::trusted(raw, warnings)?;
+        let Cleaned { positions, triangles, colors, normals, .. } = clean::trusted(raw, warnings)?;
         let given = normals.into_par_iter().map(Vec3::from_array).collect();
         let computed = || {
             let topology = Topology::new(positions.len(), &triangles);

@@ -23,7 +23,7 @@ const CREASE_SLACK: f32 = 1e-6;
 const MIN_SUM: f32 = 1e-4;
 
 /// A face as its vertices see it.
-struct Facet {
+pub(crate) struct Facet {
     normal: Vec3,
     /// The angle at each corner, radians.
     angles: [f32; 3],
@@ -220,24 +220,25 @@ fn gather(
     triangles: &[[u32; 3]],
     facets: &[Facet],
 ) -> Vec3 {
+    // A vertex without faces, which a built mesh does not have, still needs some unit vector.
+    let first = faces.clone().next().map_or(Vec3::Z, |t| facets[t as usize].normal);
+    weighted(faces.map(|t| (&facets[t as usize], corner_of(triangles[t as usize], v))), first)
+}
+
+/// The mean of the normals of facets, weighted by their angles at the given corner; `otherwise` where they cancel.
+pub(crate) fn weighted<'a>(facets: impl Iterator<Item = (&'a Facet, usize)>, otherwise: Vec3) -> Vec3 {
     let mut sum = Vec3::ZERO;
     let mut weights = 0.0;
-    for t in faces.clone() {
-        let facet = &facets[t as usize];
-        let weight = facet.angles[corner_of(triangles[t as usize], v)];
+    for (facet, corner) in facets {
+        let weight = facet.angles[corner];
         sum += weight * facet.normal;
         weights += weight;
     }
     let length = sum.length();
-    if length > MIN_SUM * weights {
-        return sum / length;
-    }
-    let mut faces = faces;
-    // A vertex without faces, which a built mesh does not have, still needs some unit vector.
-    faces.next().map_or(Vec3::Z, |t| facets[t as usize].normal)
+    if length > MIN_SUM * weights { sum / length } else { otherwise }
 }
 
-fn facet(positions: &[Vec3], triangle: [u32; 3]) -> Facet {
+pub(crate) fn facet(positions: &[Vec3], triangle: [u32; 3]) -> Facet {
     let [a, b, c] = corners(positions, triangle);
     let [ab, bc, ca] = [b - a, c - b, a - c].map(DVec3::normalize_or_zero);
     let normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3();

@@ -174,6 +174,7 @@ impl Object {
                     false => Vec::new(),
                 },
                 in_order: None,
+                tracks: Vec::new(),
             };
             let options =
                 MeshOptions { crease_angle: style.crease_angle, orient: false, ..MeshOptions::default() };

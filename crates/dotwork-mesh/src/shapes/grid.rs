@@ -38,7 +38,7 @@ impl Patches {
         let mut positions: Vec<Vec3> =
             self.positions.into_iter().map(|p| Vec3::from(p) + Vec3::ZERO).collect();
         let mut triangles = self.triangles;
-        if let Some(canonical) = clean::weld_map(&positions) {
+        if let Some(canonical) = clean::weld_map(&positions, &[]) {
             for t in &mut triangles {
                 *t = t.map(|v| canonical[v as usize]);
             }
