@@ -260,8 +260,8 @@ impl Standpoint {
             Lens::Parallel(half) => Projection::Parallel { px_per_unit: half_height / half },
         };
         let (cx, cy) = page.center_px();
-        // Depths count from the plane of the eye.
-        let distance = (eye - center).dot(back);
+        // Depths count from the plane of the eye; where the eye has passed the centre, from just before it.
+        let distance = (eye - center).dot(back).max(0.01 * radius);
         View { right: up.cross(back), up, back, eye, center, radius, distance, projection, cx, cy }
     }
 }

@@ -1,5 +1,7 @@
 //! The stock: the stipples a bake made, ready to be asked for by spacing.
 
+use std::sync::Arc;
+
 use dotwork_drawing::color::srgb_to_linear;
 use dotwork_mesh::Mesh;
 use glam::Vec3;
@@ -126,8 +128,8 @@ impl Elements {
 /// Stipples with their places in space, in structure-of-arrays form and in the order of the bake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stock {
-    /// The bake.
-    pub baked: Baked,
+    /// The bake; shared by the stocks of all poses of a surface.
+    pub baked: Arc<Baked>,
     /// Positions, object units.
     pub position: Vectors,
     /// Unit smooth normals, for light.
@@ -138,6 +140,9 @@ pub struct Stock {
     pub own: Vec<f32>,
     /// The elements, where the bake has a list for each; then `baked.element` counts these, not triangles.
     pub elements: Option<Elements>,
+    /// For a surface that has moved since it was baked: how many times as large it is around each stipple as it was then.
+    /// Empty: as large.
+    pub stretch: Vec<f32>,
 }
 
 impl Stock {
@@ -145,7 +150,8 @@ impl Stock {
     ///
     /// # Panics
     /// If an element is not a triangle of `mesh`; callers that read a bake from a file check it first.
-    pub fn on_mesh(baked: Baked, mesh: &Mesh) -> Stock {
+    pub fn on_mesh(baked: impl Into<Arc<Baked>>, mesh: &Mesh) -> Stock {
+        let baked = baked.into();
         let place = |i: usize| {
             let (t, [v, w]) = (baked.element[i] as usize, baked.weights[i]);
             let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
@@ -162,7 +168,33 @@ impl Stock {
             [] => Vec::new(),
             _ => (0..baked.len()).into_par_iter().map(|i| own_ink(&baked, mesh, i)).collect(),
         };
-        Stock { baked, position, normal, facet, own, elements: None }
+        Stock { baked, position, normal, facet, own, elements: None, stretch: Vec::new() }
+    }
+
+    /// The same stipples on another pose of their mesh: they ride on their triangles. `stretch` says how many times as
+    /// large each triangle is as when it was baked, so that radii follow (the density stays a function of light and
+    /// scale); without it they stay, and density shows how the surface is stretched.
+    ///
+    /// # Panics
+    /// As [`Stock::on_mesh`]; if `stretch` has fewer items than the mesh has triangles.
+    pub fn posed(&self, mesh: &Mesh, stretch: Option<&[f32]>) -> Stock {
+        let of = |&e: &u32| stretch.map_or(1.0, |stretch| stretch[e as usize]);
+        let stretch = match stretch {
+            Some(_) => self.baked.element.par_iter().map(of).collect(),
+            None => Vec::new(),
+        };
+        Stock { stretch, ..Stock::on_mesh(self.baked.clone(), mesh) }
+    }
+
+    /// The density in the bake, for each area as it was then, of a density on the surface as it is around stipple `i`.
+    #[inline(always)]
+    pub fn baked_density(&self, i: usize, density: f32) -> f32 {
+        if self.stretch.is_empty() { density } else { density * self.stretch[i] }
+    }
+
+    /// The largest of all [`Stock::stretch`]; 1 if nothing is stretched.
+    pub fn most_stretched(&self) -> f32 {
+        if self.stretch.is_empty() { 1.0 } else { self.stretch.par_iter().copied().reduce(|| 0.0, f32::max) }
     }
 
     /// Moves all places, as when coordinates become relative to another origin.

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 use dotwork_drawing::Warnings;
-use dotwork_mesh::RawMesh;
+use dotwork_mesh::{Motion, RawMesh};
 
 use crate::checksum::Checksum;
 use crate::error::{ReadError, ReadErrorKind};
@@ -98,12 +99,35 @@ pub fn read_mesh_checked(
     bytes: &[u8],
     warnings: &mut Warnings,
 ) -> Result<(RawMesh, u64), ReadError> {
+    read_model(name, bytes, warnings).map(|model| (model.mesh, model.checksum))
+}
+
+/// A mesh file, with all that it says about how its mesh moves.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The mesh at rest.
+    pub mesh: RawMesh,
+    /// As in [`read_mesh_checked`].
+    pub checksum: u64,
+    /// What moves its vertices, and its cameras; `None` if it has neither animations nor cameras.
+    pub motion: Option<Arc<dyn Motion>>,
+}
+
+/// As [`read_mesh_checked`], with what moves the mesh. Animations that are damaged are left out, which is said in
+/// `warnings`.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_model(name: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result<Model, ReadError> {
     let mut sum = Checksum::new();
     sum.update(bytes);
-    let mesh = parse(name, bytes, &mut sum, warnings)
+    let (mesh, motion) = parse(name, bytes, &mut sum, warnings)
         .map_err(|kind| ReadError { path: name.to_path_buf(), kind })?;
-    Ok((mesh, sum.finish()))
+    Ok(Model { mesh, checksum: sum.finish(), motion })
 }
+
+/// What a reader finds.
+type Found = (RawMesh, Option<Arc<dyn Motion>>);
 
 /// What a mesh file holds besides its mesh, gzipped or not, as names and values for people: of glTF its nodes, skins,
 /// animations and so on; of the other formats nothing. Empty for what cannot be read.
@@ -150,7 +174,7 @@ fn parse(
     bytes: &[u8],
     sum: &mut Checksum,
     warnings: &mut Warnings,
-) -> Result<RawMesh, ReadErrorKind> {
+) -> Result<Found, ReadErrorKind> {
     if bytes.is_empty() {
         return Err(ReadErrorKind::Empty);
     }
@@ -200,16 +224,17 @@ fn read_format(
     input: Input,
     sum: &mut Checksum,
     warnings: &mut Warnings,
-) -> Result<RawMesh, ReadErrorKind> {
+) -> Result<Found, ReadErrorKind> {
+    let still = |mesh| (mesh, None);
     match format {
         #[cfg(feature = "ply")]
-        MeshFormat::Ply => crate::ply::read(input.bytes, warnings),
+        MeshFormat::Ply => crate::ply::read(input.bytes, warnings).map(still),
         #[cfg(feature = "obj")]
-        MeshFormat::Obj => crate::obj::read(input.bytes, warnings),
+        MeshFormat::Obj => crate::obj::read(input.bytes, warnings).map(still),
         #[cfg(feature = "stl")]
-        MeshFormat::Stl => crate::stl::read(input.bytes, warnings),
+        MeshFormat::Stl => crate::stl::read(input.bytes, warnings).map(still),
         #[cfg(feature = "off")]
-        MeshFormat::Off => crate::off::read(input.bytes, warnings),
+        MeshFormat::Off => crate::off::read(input.bytes, warnings).map(still),
         #[cfg(feature = "gltf")]
         MeshFormat::Gltf | MeshFormat::Glb => crate::gltf::read(input, sum, warnings),
         #[allow(unreachable_patterns, reason = "with every feature on")]

@@ -1,6 +1,7 @@
 //! Files in and out: mesh readers, mesh writers, and the `.dots` container.
 //!
-//! * [`read_mesh`] reads PLY, OBJ, STL, OFF and glTF (`.gltf` and `.glb`, at rest), all also gzipped. What a file is
+//! * [`read_mesh`] reads PLY, OBJ, STL, OFF and glTF (`.gltf` and `.glb`, at rest; [`read_model`] also what moves it),
+//!   all also gzipped. What a file is
 //!   is decided by its content; its name is only asked when the content does not say. [`read_file`] and
 //!   [`read_mesh_bytes`] are its two halves, for a caller that also wants the [`checksum`] of the file;
 //!   [`mesh_format_name`] says in words what the file is.
@@ -66,6 +67,8 @@ mod write;
 
 pub use checksum::checksum;
 pub use error::{Place, ReadError, ReadErrorKind};
-pub use file::{mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked, read_regular_file};
+pub use file::{
+    Model, mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked, read_model, read_regular_file,
+};
 pub use format::{MeshFormat, mesh_format_name, mesh_format_of, mesh_formats};
 pub use write::{write_obj, write_ply};

@@ -121,10 +121,10 @@ impl CpuBackend {
             let enough = subject.plan.table.max_density() * 1.03;
             let part = (0..subject.stock.len().min(SAMPLE))
                 .into_par_iter()
-                .filter_map(|i| selector.see_unhidden(i))
-                .map(|seen| {
-                    let weight = selector.page_weight(&seen);
-                    (if f64::from(selector.demand(&seen).0) > enough { weight } else { 0.0 }, weight)
+                .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
+                .map(|(i, seen)| {
+                    let weight = selector.page_weight(i, &seen);
+                    (if f64::from(selector.demand(i, &seen)) > enough { weight } else { 0.0 }, weight)
                 })
                 .collect::<Vec<_>>();
             // Areas of objects compare by the area a stipple stands for.
@@ -147,8 +147,8 @@ impl CpuBackend {
         let Subject { stock, plan, .. } = frame.subjects[subject];
         let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
             .into_par_iter()
-            .filter_map(|i| selector.see_unhidden(i))
-            .map(|seen| (f64::from(selector.demand(&seen).0), selector.page_weight(&seen)))
+            .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
+            .map(|(i, seen)| (f64::from(selector.demand(i, &seen)), selector.page_weight(i, &seen)))
             .collect();
         demands.sort_by(|a, b| b.0.total_cmp(&a.0));
         let all: f64 = demands.iter().map(|d| d.1).sum();

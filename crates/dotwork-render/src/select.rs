@@ -238,14 +238,16 @@ impl<'a> Selector<'a> {
         seen.filter(|seen| seen.ink > 0.0)
     }
 
-    /// Density on the surface that a place asks for, per object unit squared, and the growth of its dots.
-    pub fn demand(&self, seen: &Seen) -> (f32, f32) {
-        match self.plan.papers {
+    /// Density in the bake that the place of stipple `i` asks for, per object unit squared as it was baked.
+    pub fn demand(&self, i: usize, seen: &Seen) -> f32 {
+        let (density, _) = match self.plan.papers {
             None => self.demand_of::<false>(seen),
             Some(_) => self.demand_of::<true>(seen),
-        }
+        };
+        self.stock.baked_density(i, density)
     }
 
+    /// Density on the surface that a place asks for, per object unit squared, and the growth of its dots.
     #[inline(always)]
     fn demand_of<const PAPERS: bool>(&self, seen: &Seen) -> (f32, f32) {
         if let (true, Some(papers)) = (PAPERS, &self.plan.papers) {
@@ -272,14 +274,18 @@ impl<'a> Selector<'a> {
         self.see(i).filter(|seen| !self.hidden(i, &seen.at))
     }
 
-    /// Area of the page that the place stands for, relative to other places of the stock.
-    pub fn page_weight(&self, seen: &Seen) -> f64 {
-        f64::from(seen.at.cosine * seen.at.scale * seen.at.scale)
+    /// Area of the page that the place of stipple `i` stands for, relative to other places of the stock.
+    pub fn page_weight(&self, i: usize, seen: &Seen) -> f64 {
+        f64::from(self.stock.baked_density(i, seen.at.cosine * seen.at.scale * seen.at.scale))
     }
 
-    /// No place of this frame asks for more than this density (per object unit squared), so that no stipple that
-    /// appears later need be looked at.
+    /// No place of this frame asks for more than this density in the bake (per object unit squared), so that no stipple
+    /// that appears later need be looked at.
     pub fn densest(&self) -> f32 {
+        self.densest_on_surface() * self.stock.most_stretched()
+    }
+
+    fn densest_on_surface(&self) -> f32 {
         if let Some(papers) = &self.plan.papers {
             let scale = self.view.px_per_unit(self.view.distance);
             return 1.01 * papers.full * scale * scale;
@@ -336,6 +342,7 @@ impl<'a> Selector<'a> {
                 let i = start + k;
                 let seen = self.light_up::<PAPERS>(i, block.at(k));
                 let (density, growth) = self.demand_of::<PAPERS>(&seen);
+                let density = self.stock.baked_density(i, density);
                 asked[m] = (i, seen, density, growth);
                 m += usize::from(density >= self.plan.appears[i] && seen.ink > 0.0);
             }

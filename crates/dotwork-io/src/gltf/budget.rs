@@ -15,8 +15,8 @@ const RATIO_LIMIT: u64 = 50;
 
 /// A primitive in one place, even if it draws nothing: time, rather than memory.
 pub(super) const PRIMITIVE: u64 = 64;
-/// A vertex while a mesh is made: in double and in single precision, and its colour.
-pub(super) const VERTEX: u64 = 40;
+/// A vertex while a mesh is made: in the mesh's space, in double and in single precision, and its colour.
+pub(super) const VERTEX: u64 = 52;
 /// A vertex moved by a morph target.
 pub(super) const MOVED_VERTEX: u64 = 12;
 /// A corner of a list of triangles.
@@ -25,6 +25,10 @@ pub(super) const LIST_CORNER: u64 = 4;
 pub(super) const STRIP_CORNER: u64 = 12;
 /// A joint of a skin: where it is, twice while the joints are gathered.
 pub(super) const JOINT: u64 = 192;
+/// Four joints and four weights of a vertex.
+pub(super) const INFLUENCES: u64 = 32;
+/// A key of an animation: its time and values, four numbers wide.
+pub(super) const KEY: u64 = 24;
 /// An inverse bind matrix.
 pub(super) const MATRIX: u64 = 64;
 

@@ -3,53 +3,101 @@
 //! Primitives of a node that share their vertices share them here too. Instances are copied, within a [`Budget`].
 
 use std::collections::HashMap;
-use std::rc::Rc;
 
-use dotwork_drawing::Warnings;
 use dotwork_drawing::color::linear_to_srgb;
+use dotwork_drawing::{Lens, Warnings};
 use dotwork_mesh::RawMesh;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
-use super::Document;
 use super::budget::{Budget, LIST_CORNER, MOVED_VERTEX, PRIMITIVE, STRIP_CORNER, VERTEX};
 use super::json::{Attributes, Primitive, Shape, Target};
-use super::nodes::{Pose, missing};
-use super::skin::{Skinning, joint_transforms};
+use super::nodes::{Local, Pose, missing, rest_weights};
+use super::rig::{Part, PlacedCamera, Rig};
+use super::skin::Skin;
+use super::{Document, clips};
 use crate::error::ReadErrorKind;
 use crate::gather::{AXES, Coordinates, Faces, check_vertex_count};
 
 const WHITE: [u8; 4] = [255; 4];
 
-/// Draws all meshes of the scene.
+/// Draws all meshes of the scene at rest; with what moves them, if anything can.
 pub(super) fn draw(
     document: &Document,
-    pose: &Pose,
     warnings: &mut Warnings,
-) -> Result<RawMesh, ReadErrorKind> {
+) -> Result<(RawMesh, Option<Rig>), ReadErrorKind> {
+    let json = &document.json;
     let mut drawing = Drawing::default();
-    for node in document.tree.drawn(&document.json, warnings)? {
-        if let Some(mesh) = document.json.nodes[node as usize].mesh {
-            drawing.node(document, pose, node, mesh as usize)?;
+    // On an account of their own: a clip that is too long leaves the mesh to be drawn.
+    let (clips, listed) = clips::read(document, &mut Budget::default(), warnings);
+    drawing.moves = !clips.is_empty();
+    drawing.skins.resize_with(json.skins.len(), || None);
+    let pose = Pose::rest(json, &document.tree);
+    let mut cameras = Vec::new();
+    for node in document.tree.drawn(json, warnings)? {
+        let found = &json.nodes[node as usize];
+        if let Some(mesh) = found.mesh {
+            drawing.node(document, &pose, node, mesh as usize)?;
         }
+        cameras.extend(found.camera.and_then(|camera| lens(document, camera)).map(|lens| (node, lens)));
     }
     let first = drawing.first_without_surface;
     warnings.counted("primitives of points or lines ignored", drawing.without_surface, first);
     warnings.counted("corners beyond the last whole triangle ignored", drawing.left_over, None);
-    drawing.faces.into_mesh(Coordinates::Double(drawing.positions), drawing.colors, warnings)
+    let mut tracks = Vec::new();
+    if drawing.moves {
+        drawing.parts.iter().for_each(|part| part.tracks(&mut tracks));
+    }
+    let positions = drawing.positions.iter().map(|p| p.to_array()).collect();
+    let mesh = drawing.faces.into_mesh(Coordinates::Double(positions), drawing.colors, warnings)?;
+    let mesh = RawMesh { tracks, ..mesh };
+    if clips.is_empty() && cameras.is_empty() {
+        return Ok((mesh, None));
+    }
+    let rig = Rig {
+        tree: document.tree.clone(),
+        rest: json.nodes.iter().map(Local::of).collect(),
+        skins: drawing.skins,
+        parts: drawing.parts,
+        clips,
+        listed,
+        camera_names: cameras.iter().map(|(_, (name, _))| name.clone()).collect(),
+        cameras: cameras.iter().map(|&(node, (_, lens))| PlacedCamera { node, lens }).collect(),
+        origin: DVec3::from_array(mesh.origin),
+    };
+    Ok((mesh, Some(rig)))
+}
+
+/// The name and the lens of a camera; `None` if it is not there, or sees nothing.
+fn lens(document: &Document, camera: u32) -> Option<(String, Lens)> {
+    let found = document.json.cameras.get(camera as usize)?;
+    let name = match &found.name {
+        Some(name) if !name.0.trim().is_empty() => name.0.to_string(),
+        _ => camera.to_string(),
+    };
+    let lens = match (found.perspective, found.orthographic) {
+        (Some(p), _) if p.yfov > 1e-3 && p.yfov < 3.1 => Lens::Perspective((0.5 * p.yfov).tan()),
+        (None, Some(o)) if o.ymag.is_normal() => Lens::Parallel(o.ymag.abs()),
+        _ => return None,
+    };
+    Some((name, lens))
 }
 
 #[derive(Default)]
 struct Drawing {
-    positions: Vec<[f64; 3]>,
+    /// Places at rest.
+    positions: Vec<DVec3>,
+    parts: Vec<Part>,
     /// One for each position, or none so far.
     colors: Vec<[u8; 4]>,
     faces: Faces,
     without_surface: u64,
     first_without_surface: Option<String>,
     left_over: u64,
-    /// Joints of the skins met so far.
-    skins: HashMap<u32, Rc<[DAffine3]>>,
+    /// The skins met so far.
+    skins: Vec<Option<Skin>>,
     budget: Budget,
+    /// Something is animated.
+    moves: bool,
 }
 
 /// The vertices of a primitive in [`Drawing`].
@@ -95,10 +143,12 @@ impl Drawing {
             let vertices = match placed.get(&key) {
                 Some(&vertices) => vertices,
                 None => {
-                    let weights = pose.weights(json, node, index);
+                    let weights = rest_weights(json, node, index);
                     let vertices =
                         self.vertices(document, pose, node, position, primitive, weights, &fail)?;
-                    check_finite(&self.positions[vertices.base as usize..], &fail)?;
+                    let places: Vec<_> =
+                        self.positions[vertices.base as usize..].iter().map(|p| p.to_array()).collect();
+                    check_finite(&places, &fail)?;
                     placed.insert(key, vertices);
                     vertices
                 }
@@ -123,47 +173,37 @@ impl Drawing {
         let count = elements.count;
         self.budget.charge(document, count, VERTEX)?;
         check_vertex_count((self.positions.len() + count) as u64)?;
-        let mut local = elements.floats::<3>();
-        for (target, &weight) in primitive.targets.iter().zip(weights) {
-            let Some(accessor) = target.position.filter(|_| weight != 0.0) else { continue };
+        let mut targets = Vec::with_capacity(primitive.targets.len());
+        for (k, target) in primitive.targets.iter().enumerate() {
+            let counts = self.moves || weights.get(k).is_some_and(|w| *w != 0.0);
+            let Some(accessor) = target.position.filter(|_| counts) else {
+                targets.push(Vec::new());
+                continue;
+            };
             self.budget.charge(document, count, MOVED_VERTEX)?;
-            let moves = document.elements(accessor, &[Shape::Vec3], Some(count))?.floats::<3>();
-            for (position, by) in local.iter_mut().zip(&moves) {
-                for k in 0..3 {
-                    position[k] += weight * by[k];
-                }
+            targets.push(document.elements(accessor, &[Shape::Vec3], Some(count))?.floats::<3>());
+        }
+        let mut influences = Vec::new();
+        let skin = document.json.nodes[node as usize].skin.unwrap_or(u32::MAX);
+        if skin != u32::MAX {
+            let index = skin as usize;
+            if self.skins.get(index).is_none_or(Option::is_none) {
+                let nodes = document.json.nodes.len();
+                let found = Skin::new(document, index, nodes, &mut self.budget)?;
+                self.skins[index] = Some(found);
+            }
+            if let Some(found) = &self.skins[index] {
+                influences =
+                    found.influences(document, &primitive.attributes, count, &mut self.budget)?;
             }
         }
+        let weights = weights.to_vec();
+        let part = Part { node, local: elements.floats::<3>(), targets, weights, skin, influences };
         // Before a transform spreads it over all axes.
-        check_finite(&local, fail)?;
+        check_finite(part.morphed(pose).as_deref().unwrap_or(&part.local), fail)?;
         let base = self.positions.len() as u32;
-        let skinning = match document.json.nodes[node as usize].skin {
-            Some(skin) => {
-                let joints = match self.skins.get(&skin) {
-                    Some(joints) => Rc::clone(joints),
-                    None => {
-                        let joints = joint_transforms(document, pose, skin, &mut self.budget)?;
-                        self.skins.insert(skin, Rc::clone(&joints));
-                        joints
-                    }
-                };
-                Skinning::new(document, joints, &primitive.attributes, count)?
-            }
-            None => None,
-        };
-        let wide = |p: &[f32; 3]| DVec3::from_array(p.map(f64::from));
-        let mirrored = match skinning {
-            Some(skinning) => {
-                let place = |(v, p): (usize, &[f32; 3])| skinning.place(v, wide(p)).to_array();
-                self.positions.extend(local.iter().enumerate().map(place));
-                skinning.mirrors()
-            }
-            None => {
-                let global = &pose.globals[node as usize];
-                self.positions.extend(local.iter().map(|p| global.transform_point3(wide(p)).to_array()));
-                global.matrix3.determinant() < 0.0
-            }
-        };
+        let mirrored = part.place(pose, &self.skins, DVec3::ZERO, &mut self.positions);
+        self.parts.push(part);
         self.color(document, primitive.attributes.color, base as usize, count)?;
         Ok(Vertices { base, count: count as u32, mirrored })
     }

@@ -38,6 +38,10 @@ pub(super) struct Json<'a> {
     pub(super) meshes: Vec<Mesh>,
     #[serde(default)]
     pub(super) skins: Vec<Skin>,
+    #[serde(borrow, default, deserialize_with = "limited")]
+    pub(super) animations: Vec<Animation<'a>>,
+    #[serde(borrow, default, deserialize_with = "limited")]
+    pub(super) cameras: Vec<Camera<'a>>,
     #[serde(default)]
     pub(super) accessors: Vec<Accessor>,
     #[serde(default)]
@@ -74,6 +78,7 @@ pub(super) struct Node {
     pub(super) children: Vec<u32>,
     pub(super) mesh: Option<u32>,
     pub(super) skin: Option<u32>,
+    pub(super) camera: Option<u32>,
     /// Column by column.
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<Box<[f64; 3]>>,
@@ -130,6 +135,61 @@ pub(super) struct Target {
 pub(super) struct Skin {
     pub(super) inverse_bind_matrices: Option<u32>,
     pub(super) joints: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Animation<'a> {
+    #[serde(borrow)]
+    pub(super) name: Option<Text<'a>>,
+    #[serde(borrow)]
+    pub(super) channels: Vec<Channel<'a>>,
+    #[serde(borrow)]
+    pub(super) samplers: Vec<Sampler<'a>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Channel<'a> {
+    pub(super) sampler: u32,
+    #[serde(borrow)]
+    pub(super) target: ChannelTarget<'a>,
+}
+
+/// What a channel moves.
+#[derive(Deserialize)]
+pub(super) struct ChannelTarget<'a> {
+    pub(super) node: Option<u32>,
+    #[serde(borrow)]
+    pub(super) path: Text<'a>,
+}
+
+/// Times and values.
+#[derive(Deserialize)]
+pub(super) struct Sampler<'a> {
+    pub(super) input: u32,
+    pub(super) output: u32,
+    /// LINEAR if not said.
+    #[serde(borrow)]
+    pub(super) interpolation: Option<Text<'a>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Camera<'a> {
+    #[serde(borrow)]
+    pub(super) name: Option<Text<'a>>,
+    pub(super) perspective: Option<Perspective>,
+    pub(super) orthographic: Option<Orthographic>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+pub(super) struct Perspective {
+    /// Vertical, radians.
+    pub(super) yfov: f32,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+pub(super) struct Orthographic {
+    /// Half the height.
+    pub(super) ymag: f32,
 }
 
 #[derive(Deserialize)]

@@ -1,13 +1,15 @@
-//! glTF 2.0, text and binary (The Khronos Group, "glTF 2.0 Specification", 2021): the scene as one mesh, at rest.
+//! glTF 2.0, text and binary (The Khronos Group, "glTF 2.0 Specification", 2021): the scene as one mesh, and how it moves.
 //!
-//! Reading has two halves. A [`Document`] is the parsed JSON with its buffers, its accessors and the tree of its nodes;
-//! it knows nothing of time. A [`Pose`] says where every node stands and how far every morph target is applied; the
-//! only one so far is the rest pose, made from what the file's nodes say. [`geometry`] draws a document in a pose.
+//! A [`Document`] is the parsed JSON with its buffers, its accessors and the tree of its nodes; it knows nothing of time.
+//! A [`Pose`](nodes::Pose) says where every node stands and how far every morph target is applied: at rest, as the nodes
+//! themselves say, or at a time of an animation ([`clips`]). [`geometry`] draws a document at rest and keeps what places
+//! its vertices in any other pose, a [`Rig`].
 //!
 //! Read are nested nodes with matrices or translation, rotation and scale; triangles, strips and fans, indexed or not;
 //! every component type, stride, normalized integers (`KHR_mesh_quantization`) and sparse accessors; buffers in the
 //! file, in the JSON as base64, or beside the file; `COLOR_0`, converted from linear light to sRGB; morph targets with
-//! their default weights; skins, whose joints alone place the vertices. A mirroring transform turns its triangles over.
+//! their default weights; skins of one or two sets of joints, which alone place the vertices; animations of nodes and
+//! weights in steps, lines and cubic splines; cameras. A mirroring transform turns its triangles over.
 //! The default scene is drawn, or all root nodes where there is none.
 //!
 //! Nothing is believed: every index, offset and length is checked in 64 bits before it is used, nodes are walked
@@ -18,18 +20,21 @@
 mod accessor;
 mod budget;
 mod buffers;
+mod clips;
 mod container;
 mod extensions;
 mod facts;
 mod geometry;
 mod json;
 mod nodes;
+mod rig;
 mod skin;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use dotwork_drawing::Warnings;
-use dotwork_mesh::RawMesh;
+use dotwork_mesh::{Motion, RawMesh};
 
 use crate::checksum::Checksum;
 use crate::error::ReadErrorKind;
@@ -37,19 +42,20 @@ use crate::file::Input;
 use buffers::Buffers;
 pub(crate) use facts::facts;
 use json::Json;
-use nodes::{Pose, Tree};
+use nodes::Tree;
+use rig::Rig;
 
-/// Reads a glTF file of either form; buffers that are files are looked for in its folder and added to `sum`.
+/// Reads a glTF file of either form, with what moves its mesh; buffers that are files are looked for in its folder and
+/// added to `sum`.
 pub(crate) fn read(
     input: Input,
     sum: &mut Checksum,
     warnings: &mut Warnings,
-) -> Result<RawMesh, ReadErrorKind> {
+) -> Result<(RawMesh, Option<Arc<dyn Motion>>), ReadErrorKind> {
     let document = Document::parse(&input, warnings)?;
-    let pose = Pose::rest(&document.json, &document.tree);
-    let mesh = geometry::draw(&document, &pose, warnings)?;
+    let (mesh, rig) = geometry::draw(&document, warnings)?;
     document.buffers.add_to(sum);
-    Ok(mesh)
+    Ok((mesh, rig.map(|rig: Rig| Arc::new(rig) as Arc<dyn Motion>)))
 }
 
 /// A glTF file, parsed: everything that does not change with time.

@@ -12,6 +12,7 @@ use crate::error::ReadErrorKind;
 const NONE: u32 = u32::MAX;
 
 /// Who stands below whom: a forest, checked.
+#[derive(Clone, Debug)]
 pub(super) struct Tree {
     parents: Vec<u32>,
     /// All nodes, parents before their children.
@@ -91,47 +92,98 @@ pub(super) fn missing(kind: &'static str, at: usize, what: &str, index: u32, cou
 }
 
 /// Where every node stands, and how far every morph target is applied.
+#[derive(Debug)]
 pub(super) struct Pose {
     /// From the space of each node to that of the scene.
     pub(super) globals: Vec<DAffine3>,
-    /// Weights of morph targets by node, where they differ from those in the file.
-    weights: HashMap<u32, Vec<f32>>,
+    /// Weights of morph targets by node, where they differ from those at rest.
+    pub(super) weights: HashMap<u32, Vec<f32>>,
 }
 
 impl Pose {
     /// The pose that the nodes themselves describe.
     pub(super) fn rest(json: &Json, tree: &Tree) -> Pose {
-        let mut globals = vec![DAffine3::IDENTITY; json.nodes.len()];
-        for &n in &tree.order {
-            let local = local(&json.nodes[n as usize]);
-            let parent = tree.parents[n as usize];
-            globals[n as usize] = if parent == NONE { local } else { globals[parent as usize] * local };
-        }
-        Pose { globals, weights: HashMap::new() }
+        tree.rest_pose(&json.nodes.iter().map(Local::of).collect::<Vec<_>>())
+    }
+}
+
+impl Tree {
+    /// The pose in which every node lies as at rest.
+    pub(super) fn rest_pose(&self, rest: &[Local]) -> Pose {
+        Pose { globals: self.globals(|n| rest[n].affine()), weights: HashMap::new() }
     }
 
-    /// The weights of the morph targets of the mesh that `node` shows.
-    pub(super) fn weights<'a>(&'a self, json: &'a Json, node: u32, mesh: usize) -> &'a [f32] {
-        match self.weights.get(&node) {
-            Some(weights) => weights,
-            None if !json.nodes[node as usize].weights.is_empty() => &json.nodes[node as usize].weights,
-            None => &json.meshes[mesh].weights,
+    /// From the space of each node to that of the scene, where `local` leads from node `n` to its parent.
+    pub(super) fn globals(&self, local: impl Fn(usize) -> DAffine3) -> Vec<DAffine3> {
+        let mut globals = vec![DAffine3::IDENTITY; self.parents.len()];
+        for &n in &self.order {
+            let parent = self.parents[n as usize];
+            let local = local(n as usize);
+            globals[n as usize] = if parent == NONE { local } else { globals[parent as usize] * local };
+        }
+        globals
+    }
+}
+
+/// The weights of the morph targets of the mesh that `node` shows, at rest.
+pub(super) fn rest_weights<'a>(json: &'a Json, node: u32, mesh: usize) -> &'a [f32] {
+    match json.nodes[node as usize].weights.is_empty() {
+        false => &json.nodes[node as usize].weights,
+        true => &json.meshes[mesh].weights,
+    }
+}
+
+/// How a node lies in its parent.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Local {
+    Matrix(DAffine3),
+    Parts(Parts),
+}
+
+/// Translation, rotation and scale: what animations move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    pub(super) translation: DVec3,
+    pub(super) rotation: DQuat,
+    pub(super) scale: DVec3,
+}
+
+impl Local {
+    pub(super) fn of(node: &Node) -> Local {
+        if let Some(matrix) = &node.matrix {
+            return Local::Matrix(DAffine3::from_mat4(DMat4::from_cols_array(matrix)));
+        }
+        Local::Parts(Parts {
+            translation: node.translation.as_deref().map_or(DVec3::ZERO, |&t| t.into()),
+            scale: node.scale.as_deref().map_or(DVec3::ONE, |&s| s.into()),
+            rotation: node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| unit(DQuat::from_array(r))),
+        })
+    }
+
+    /// From the space of the node to that of its parent.
+    pub(super) fn affine(self) -> DAffine3 {
+        match self {
+            Local::Matrix(matrix) => matrix,
+            Local::Parts(p) => {
+                DAffine3::from_scale_rotation_translation(p.scale, p.rotation, p.translation)
+            }
+        }
+    }
+
+    /// Its parts; a matrix, which no animation should move, is taken apart.
+    pub(super) fn parts(self) -> Parts {
+        match self {
+            Local::Matrix(matrix) => {
+                let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+                Parts { translation, rotation: unit(rotation), scale }
+            }
+            Local::Parts(parts) => parts,
         }
     }
 }
 
-/// From the space of a node to that of its parent.
-fn local(node: &Node) -> DAffine3 {
-    if let Some(matrix) = &node.matrix {
-        return DAffine3::from_mat4(DMat4::from_cols_array(matrix));
-    }
-    let translation = node.translation.as_deref().map_or(DVec3::ZERO, |&t| t.into());
-    let scale = node.scale.as_deref().map_or(DVec3::ONE, |&s| s.into());
-    let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| {
-        let rotation = DQuat::from_array(r);
-        // Rounded in the file; without length it says nothing.
-        let length = rotation.length();
-        if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY }
-    });
-    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+/// A rotation at unit length: rounded in the file; without length it says nothing.
+pub(super) fn unit(rotation: DQuat) -> DQuat {
+    let length = rotation.length();
+    if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY }
 }

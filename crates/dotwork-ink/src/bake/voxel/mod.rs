@@ -144,8 +144,9 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
         position: Vectors::collect(order.len(), |j| places[order[j] as usize]),
         facet: normal.clone(),
         normal,
-        baked,
+        baked: baked.into(),
         own: Vec::new(),
+        stretch: Vec::new(),
         elements: Some(Elements {
             position: voxels.position.first(count),
             normal: voxels.normal.first(count),
