@@ -7,7 +7,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::page::Page;
 
@@ -230,8 +230,8 @@ impl Camera {
 /// An eye that a file has placed, rather than angles about the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standpoint {
-    /// Where the eye is, object units.
-    pub eye: Vec3,
+    /// Where the eye is, object units, in the world.
+    pub eye: DVec3,
     /// Unit vector from what it sees towards the eye.
     pub back: Vec3,
     /// Unit vector up the page, at right angles to `back`.
@@ -251,9 +251,10 @@ pub enum Lens {
 
 impl Standpoint {
     /// The view from here of a bounding sphere on a page, whose height the lens fills; the image is scaled by `zoom`
-    /// about the page centre.
-    pub fn view(&self, center: Vec3, radius: f32, page: &Page, zoom: f32) -> View {
-        let Standpoint { eye, back, up, lens } = *self;
+    /// about the page centre. The sphere and the view are relative to `origin`.
+    pub fn view(&self, origin: DVec3, (center, radius): (Vec3, f32), page: &Page, zoom: f32) -> View {
+        let Standpoint { back, up, lens, .. } = *self;
+        let eye = (self.eye - origin).as_vec3();
         let half_height = 0.5 * page.height as f32 * zoom;
         let projection = match lens {
             Lens::Perspective(tangent) => Projection::Perspective { focal_px: half_height / tangent },

@@ -8,6 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::topology::NONE;
+use crate::motion::Fans;
 use crate::{Mesh, normals};
 
 /// Sharp edges of a mesh, and the normals that fall apart there.
@@ -97,6 +98,14 @@ impl Mesh {
 }
 
 impl Creases {
+    /// The same edges on another pose of their mesh: which edges are sharp does not change as a surface moves, or lines
+    /// would come and go.
+    pub fn posed(&self, mesh: &Mesh) -> Creases {
+        let fans = Fans::new(self.normals.len(), &self.corner_normals);
+        let normals = fans.normals(&mesh.positions, &mesh.triangles, &self.normals);
+        Creases { normals, ..self.clone() }
+    }
+
     /// Chains of edges that are creased by more than `angle` degrees, as `(edge, reversed)`: each runs on where exactly
     /// two such edges meet, and ends at corners.
     pub fn chains(&self, angle: f32) -> Vec<Vec<(u32, bool)>> {

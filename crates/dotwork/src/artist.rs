@@ -23,15 +23,65 @@ pub struct Artist {
 
 /// A plan and what it was made from.
 struct Planned {
+    /// The stock of this frame.
     stock: Arc<Stock>,
     style: Style,
     page: Page,
-    plan: InkPlan,
-    /// The borders and creases of the object's surface.
+    /// Made from the stock's bake, which is the same in all poses.
+    plan: Arc<InkPlan>,
+    /// The surface in which borders and creases were found: the object's, or its reference if it moves.
     mesh: Arc<Mesh>,
-    lines: Arc<SurfaceLines>,
+    found: Arc<SurfaceLines>,
     /// How they were found.
     edges: Edges,
+    /// They in this frame's pose.
+    lines: Arc<SurfaceLines>,
+    /// That pose.
+    pose: Arc<Mesh>,
+}
+
+impl Planned {
+    /// The plan of an object, with what still holds of an old one.
+    fn new(object: &Object, stock: &Arc<Stock>, page: &Page, old: Option<&Planned>) -> Planned {
+        let edges = Edges::of(object);
+        let mesh = object.moving.as_ref().map_or(&object.mesh, |moving| moving.reference_mesh());
+        let same_plan = old.filter(|p| {
+            // The elements of a stock are what its plan looks at, too.
+            let same_bake = Arc::ptr_eq(&p.stock.baked, &stock.baked) && stock.elements.is_none();
+            (same_bake || Arc::ptr_eq(&p.stock, stock)) && p.style == object.style && p.page == *page
+        });
+        let same_lines = old.filter(|p| Arc::ptr_eq(&p.mesh, mesh) && p.edges == edges);
+        let found = match same_lines {
+            Some(old) => old.found.clone(),
+            None => Arc::new(edges.lines(mesh)),
+        };
+        let lines = match same_lines {
+            Some(old) if Arc::ptr_eq(&old.pose, &object.mesh) => old.lines.clone(),
+            _ if Arc::ptr_eq(mesh, &object.mesh) => found.clone(),
+            _ => found.posed(&object.mesh).map_or(found.clone(), Arc::new),
+        };
+        Planned {
+            stock: stock.clone(),
+            style: object.style.clone(),
+            page: *page,
+            plan: match same_plan {
+                Some(old) => old.plan.clone(),
+                None => Arc::new(InkPlan::new(stock, &object.style, page)),
+            },
+            mesh: mesh.clone(),
+            found,
+            edges,
+            lines,
+            pose: object.mesh.clone(),
+        }
+    }
+
+    fn holds(&self, object: &Object, stock: &Arc<Stock>, page: &Page) -> bool {
+        Arc::ptr_eq(&self.stock, stock)
+            && Arc::ptr_eq(&self.pose, &object.mesh)
+            && self.style == object.style
+            && self.page == *page
+    }
 }
 
 /// How the lines of an object's surface are found.
@@ -123,25 +173,8 @@ impl Artist {
         let mut count = 0;
         for object in &scene.objects {
             let Some(stock) = &object.stock else { continue };
-            let old = self.plans.get_mut(count);
-            let holds = old.as_ref().is_some_and(|p| {
-                Arc::ptr_eq(&p.stock, stock) && p.style == object.style && p.page == scene.page
-            });
-            if !holds {
-                let edges = Edges::of(object);
-                let same = old.filter(|p| Arc::ptr_eq(&p.mesh, &object.mesh) && p.edges == edges);
-                let planned = Planned {
-                    mesh: object.mesh.clone(),
-                    lines: match same {
-                        Some(old) => std::mem::take(&mut old.lines),
-                        None => Arc::new(edges.lines(&object.mesh)),
-                    },
-                    edges,
-                    stock: stock.clone(),
-                    style: object.style.clone(),
-                    page: scene.page,
-                    plan: InkPlan::new(stock, &object.style, &scene.page),
-                };
+            if !self.plans.get(count).is_some_and(|p| p.holds(object, stock, &scene.page)) {
+                let planned = Planned::new(object, stock, &scene.page, self.plans.get(count));
                 match self.plans.get_mut(count) {
                     Some(old) => *old = planned,
                     None => self.plans.push(planned),

@@ -67,6 +67,7 @@ mod dots_file;
 mod files;
 #[cfg(feature = "files")]
 mod palette_file;
+mod moving;
 mod placement;
 mod scale_bar;
 mod scene;
@@ -88,6 +89,7 @@ pub use files::{
 };
 #[cfg(feature = "files")]
 pub use palette_file::{PaletteError, resolve_palette};
+pub use moving::{Density, Moving, Pose};
 pub use placement::Placement;
 pub use scale_bar::ScaleBar;
 pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, World, ZOOM};

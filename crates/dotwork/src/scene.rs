@@ -4,17 +4,18 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
+use dotwork_drawing::{Camera, Light, Page, Standpoint, Strokes, View, Warnings};
 use dotwork_ink::bake::{reference_scale, voxel};
 use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
 use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
-use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, RawMesh};
+use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, Motion, RawMesh};
 use dotwork_volume::{Space, Unit, Volume};
 use glam::{DVec3, Vec3};
 
 use crate::artist::Artist;
 use crate::curves;
+use crate::moving::{Density, Moving, Pose};
 use crate::placement::Placement;
 use crate::scale_bar::ScaleBar;
 use crate::voxels;
@@ -86,6 +87,10 @@ pub struct Source {
     pub label: Option<i64>,
     /// Where it was put, as a scene file says.
     pub placement: Placement,
+    /// The pose in which it is drawn, if it moves; `None`: at rest.
+    pub pose: Option<Pose>,
+    /// The time of that animation at which it was baked; `None`: at rest.
+    pub baked_at: Option<f64>,
 }
 
 /// What is known about the space in which an object lies.
@@ -108,6 +113,8 @@ pub struct Object {
     pub world: World,
     /// Its surface.
     pub mesh: Arc<Mesh>,
+    /// What moves it.
+    pub moving: Option<Arc<Moving>>,
     /// The prepared volume that its surface was found in.
     pub volume: Option<Arc<Volume>>,
     /// Lowest and highest corner of its surface before it was clipped and placed, if it is that of a volume: what the
@@ -136,17 +143,97 @@ impl Object {
         let orient = raw.normals.is_empty();
         let options = MeshOptions { crease_angle: style.crease_angle, orient, ..MeshOptions::default() };
         let mesh = Arc::new(Mesh::build(raw, &options, warnings)?);
-        Ok(Object {
-            name: name.into(),
+        Ok(Object::of_mesh(name.into(), mesh, style))
+    }
+
+    /// As [`Object::new`], of a mesh that `motion` moves; `raw` is at rest, with the coordinates that the motion gives.
+    ///
+    /// # Errors
+    /// As [`Object::new`].
+    pub fn moving(
+        name: impl Into<String>,
+        raw: RawMesh,
+        motion: Arc<dyn Motion>,
+        style: Style,
+        warnings: &mut Warnings,
+    ) -> Result<Object, MeshError> {
+        let from = raw.origin;
+        Object::placed(name.into(), raw, (motion, from), &Placement::default(), style, warnings)
+    }
+
+    /// As [`Object::moving`], where `placement` has put the mesh away from where the motion, whose places are relative
+    /// to an origin, would have it.
+    pub(crate) fn placed(
+        name: String,
+        raw: RawMesh,
+        (motion, from): (Arc<dyn Motion>, [f64; 3]),
+        placement: &Placement,
+        style: Style,
+        warnings: &mut Warnings,
+    ) -> Result<Object, MeshError> {
+        let moving = Moving::new(motion, raw, placement, from, &moving_options(&style), warnings)?;
+        let object = Object::of_mesh(name, moving.reference_mesh().clone(), style);
+        Ok(Object { moving: Some(Arc::new(moving)), ..object })
+    }
+
+    pub(crate) fn of_mesh(name: String, mesh: Arc<Mesh>, style: Style) -> Object {
+        Object {
+            name,
             source: None,
             world: World::default(),
             mesh,
+            moving: None,
             volume: None,
             whole: None,
             style,
             stock: None,
             curves: None,
-        })
+        }
+    }
+
+    /// Plays an animation from now on, to be baked in the pose that it has at `reference` seconds; at rest where that is
+    /// `None`. It then stands in that pose. What does not move stays as it is.
+    ///
+    /// # Errors
+    /// As [`Object::new`], for a pose without area.
+    pub fn play(&mut self, clip: Option<usize>, reference: Option<f64>) -> Result<(), MeshError> {
+        let Some(moving) = &self.moving else { return Ok(()) };
+        let moving = moving.play(clip, reference, &moving_options(&self.style))?;
+        self.mesh = moving.reference_mesh().clone();
+        self.stock = None;
+        self.set_pose(&moving, reference);
+        self.moving = Some(Arc::new(moving));
+        Ok(())
+    }
+
+    /// Takes the pose that its animation has at a time, with its stipples.
+    pub fn pose(&mut self, time: Option<f64>, density: Density) {
+        let Some(moving) = self.moving.clone() else { return };
+        (self.mesh, self.stock) = moving.pose(time, self.stock.as_deref(), density);
+        self.set_pose(&moving, time);
+    }
+
+    /// Plays the animation of that name or number, the first where none is named, and is baked in the pose of a time.
+    /// What does not move stays as it is.
+    ///
+    /// # Errors
+    /// There is no such animation; the list of those that there are. A pose without area.
+    pub fn take_pose(&mut self, clip: Option<&str>, time: Option<f64>) -> Result<(), String> {
+        let Some(moving) = &self.moving else { return Ok(()) };
+        let clip = match clip {
+            Some(name) => Some(moving.find(name)?),
+            None => (!moving.motion().clips().is_empty()).then_some(0),
+        };
+        self.play(clip, time.filter(|_| clip.is_some())).map_err(|e| e.to_string())
+    }
+
+    fn set_pose(&mut self, moving: &Moving, time: Option<f64>) {
+        if let Some(source) = &mut self.source {
+            let name = moving.clip().map(|clip| moving.motion().clips()[clip].name.clone());
+            source.baked_at = moving.reference();
+            let moved = time.is_some() || moving.reference().is_some();
+            source.pose = moved.then_some(Pose { clip: name, time });
+        }
     }
 
     /// Draws this object in another style from now on.
@@ -160,7 +247,15 @@ impl Object {
     /// # Errors
     /// As [`Object::new`], for a mesh that did not come from there.
     pub fn restyle(&mut self, style: Style) -> Result<(), MeshError> {
-        if style.crease_angle != self.style.crease_angle {
+        if let Some(moving) = self.moving.take_if(|_| style.crease_angle != self.style.crease_angle) {
+            // Stipples stay on their triangles, if these do.
+            let old = moving.reference_mesh().clone();
+            let moving = Arc::unwrap_or_clone(moving).rebuilt(&moving_options(&style))?;
+            self.mesh = moving.reference_mesh().clone();
+            self.stock = self.stock.take().filter(|_| self.mesh.triangles == old.triangles);
+            self.stock = self.stock.take().map(|s| Arc::new(s.posed(&self.mesh, None)));
+            self.moving = Some(Arc::new(moving));
+        } else if style.crease_angle != self.style.crease_angle {
             let old = &self.mesh;
             let raw = RawMesh {
                 positions: old.positions.iter().map(|p| p.to_array()).collect(),
@@ -238,6 +333,12 @@ impl Object {
         if !shift.iter().all(|s| s.abs() <= farthest) {
             return false;
         }
+        if let Some(moving) = &mut self.moving {
+            let options = moving_options(&self.style);
+            if Arc::make_mut(moving).move_origin(origin, &options).is_err() {
+                return false;
+            }
+        }
         let mesh = Arc::make_mut(&mut self.mesh);
         for p in &mut mesh.positions {
             *p = Vec3::from_array([0, 1, 2].map(|k| (f64::from(p[k]) + shift[k]) as f32));
@@ -272,9 +373,16 @@ impl Object {
             }
         }
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
-        let baked = blue_noise(&MeshSurface::new(&self.mesh), &settings, progress);
+        // What moves is baked in one pose, whatever pose it has.
+        let surface = self.moving.as_ref().map_or(&self.mesh, |moving| moving.reference_mesh());
+        let baked = blue_noise(&MeshSurface::new(surface), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
     }
+}
+
+/// How the mesh of an object that moves is put in order.
+fn moving_options(style: &Style) -> MeshOptions {
+    MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() }
 }
 
 /// Everything a drawing depends on.
@@ -297,6 +405,13 @@ pub struct Scene {
     pub scale_bar: Option<ScaleBar>,
     /// Diameters in millimetres of the pens that files are written for; empty: dots of any size.
     pub pens: Vec<f32>,
+    /// The sphere that the camera fits to the page, in the world: that of a whole film, so that it does not breathe.
+    /// `None`: the [`Scene::bounding_sphere`] of the objects as they stand.
+    pub sphere: Option<(DVec3, f64)>,
+    /// An eye that something else than the camera has placed: a camera of a file.
+    pub standpoint: Option<Standpoint>,
+    /// What becomes of the density of stipples where a surface is stretched.
+    pub density: Density,
 }
 
 impl Scene {
@@ -325,8 +440,11 @@ impl Scene {
     }
 
     /// Centre and radius of a sphere around all objects, object units: the centre of their common box, and the distance
-    /// to the farthest vertex.
+    /// to the farthest vertex; or [`Scene::sphere`].
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        if let Some((center, radius)) = self.sphere {
+            return ((center - self.origin()).as_vec3(), radius as f32);
+        }
         let boxes = self.objects.iter().map(|o| o.mesh.bounds());
         let Some(all) = boxes.reduce(|a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }) else {
             return (Vec3::ZERO, 1.0);
@@ -338,7 +456,15 @@ impl Scene {
     /// The view of the camera on this scene and page.
     pub fn view(&self) -> View {
         let (center, radius) = self.bounding_sphere();
-        self.camera.view(center, radius, &self.page)
+        match &self.standpoint {
+            Some(seen) => seen.view(self.origin(), (center, radius), &self.page, self.camera.zoom),
+            None => self.camera.view(center, radius, &self.page),
+        }
+    }
+
+    /// What all coordinates are relative to, in the world.
+    fn origin(&self) -> DVec3 {
+        self.objects.first().map_or(DVec3::ZERO, |o| DVec3::from_array(o.mesh.origin))
     }
 
     /// What is known about the space of the objects: of the first that knows.
@@ -368,7 +494,13 @@ impl Scene {
     ///
     /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are. A volume whose style
     /// has the bake `voxel` gets as many as its voxels show in this view, whatever [`Scene::stipples`] says.
-    pub fn bake(&mut self, mut progress: impl FnMut(f32)) {
+    pub fn bake(&mut self, progress: impl FnMut(f32)) {
+        self.bake_for(&[], progress);
+    }
+
+    /// As [`Scene::bake`], for several moments: with [`Stipples::Auto`] as many as the moment that needs most. Each moment
+    /// changes this scene into what it then is; without any it is judged as it is.
+    pub fn bake_for(&mut self, moments: &[&dyn Fn(&mut Scene)], mut progress: impl FnMut(f32)) {
         self.bake_curves();
         let missing: Vec<usize> =
             (0..self.objects.len()).filter(|&k| self.objects[k].stock.is_none()).collect();
@@ -386,11 +518,22 @@ impl Scene {
             Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
                 self.bake_some(&by_count, &vec![PILOT_STIPPLES; by_count.len()], |_| ());
-                let mut artist = Artist::new();
-                by_count
-                    .iter()
-                    .map(|&k| artist.stipples_needed(self, k).clamp(PILOT_STIPPLES, MAX_AUTO_STIPPLES))
-                    .collect()
+                let mut needed = vec![PILOT_STIPPLES; by_count.len()];
+                let mut judge = |scene: &Scene| {
+                    let mut artist = Artist::new();
+                    for (needed, &k) in needed.iter_mut().zip(&by_count) {
+                        *needed = artist.stipples_needed(scene, k).clamp(*needed, MAX_AUTO_STIPPLES);
+                    }
+                };
+                if moments.is_empty() {
+                    judge(self);
+                }
+                for moment in moments {
+                    let mut scene = self.clone();
+                    moment(&mut scene);
+                    judge(&scene);
+                }
+                needed
             }
         };
         self.bake_some(&by_count, &counts, |p| progress(share + (1.0 - share) * p));

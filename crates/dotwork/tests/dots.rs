@@ -24,6 +24,8 @@ fn scene() -> Scene {
     let mut object = Object::new("teapot", teapot, creased, &mut warnings).unwrap();
     object.world = World { space: Space::Patient, unit: Unit::Micrometre };
     object.source = Some(Source {
+        pose: None,
+        baked_at: None,
         file: "there/teapot.raw".into(),
         checksum: Some(0xfedc_ba98_7654_3210),
         raw: Some("2x2x2:u8".into()),

@@ -34,6 +34,14 @@ impl SurfaceLines {
         SurfaceLines { borders: mesh.borders(), creases, chains, ..SurfaceLines::default() }
     }
 
+    /// The same lines on another pose of their mesh; `None` if they are the very same, as those of a smooth surface are.
+    pub fn posed(&self, mesh: &Mesh) -> Option<SurfaceLines> {
+        if self.creases.edges.is_empty() {
+            return None;
+        }
+        Some(SurfaceLines { creases: self.creases.posed(mesh), ..self.clone() })
+    }
+
     /// Finds the borders, and if `creased` the creases, of a surface in a volume with voxels of this size, object units.
     /// Steep edges of its triangles say nothing: it is smooth, and its edges are rounded.
     pub fn in_volume(mesh: &Mesh, voxel: f32, creased: bool) -> SurfaceLines {

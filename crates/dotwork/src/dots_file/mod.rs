@@ -156,17 +156,8 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             None => None,
         };
         let (mesh, stock) = (Arc::new(mesh), Some(Arc::new(stock)));
-        scene.objects.push(Object {
-            name: object.name,
-            source: object.source,
-            world: object.world,
-            mesh,
-            volume: None,
-            whole: None,
-            style: object.style,
-            stock,
-            curves,
-        });
+        let blank = Object::of_mesh(object.name, mesh, object.style);
+        scene.objects.push(Object { source: object.source, world: object.world, stock, curves, ..blank });
     }
     Ok(scene)
 }

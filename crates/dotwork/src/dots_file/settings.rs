@@ -1,11 +1,13 @@
 //! The settings of a scene as TOML: what `.dots` files and plates carry about how they were made.
 
-use dotwork_drawing::{Camera, Light, LightFrame, Page, UpAxis};
+use dotwork_drawing::{Camera, Lens, Light, LightFrame, Page, Standpoint, UpAxis};
 use dotwork_ink::{MAX_STIPPLES, PARAMS, Style};
 use dotwork_volume::{Space, Unit};
+use glam::DVec3;
 use toml::{Table, Value};
 
 use crate::files::one_line;
+use crate::moving::{Density, Pose};
 use crate::placement::Placement;
 use crate::scene::{Scene, Source, World, ZOOM};
 
@@ -71,6 +73,17 @@ pub fn settings_text(scene: &Scene) -> String {
             if source.placement != Placement::default() {
                 table.insert("placement".into(), Value::String(source.placement.to_string()));
             }
+            if let Some(Pose { clip, time }) = &source.pose {
+                if let Some(clip) = clip {
+                    table.insert("clip".into(), Value::String(clip.clone()));
+                }
+                if let Some(time) = time {
+                    table.insert("time".into(), Value::Float(*time));
+                }
+            }
+            if let Some(time) = source.baked_at {
+                table.insert("baked_at".into(), Value::Float(time));
+            }
         }
         if object.world.space == Space::Patient {
             table.insert("space".into(), Value::String("patient".into()));
@@ -118,6 +131,27 @@ pub fn settings_text(scene: &Scene) -> String {
     }
     if !scene.pens.is_empty() {
         all.insert("pens_mm".into(), Value::Array(scene.pens.iter().map(|&p| number(p)).collect()));
+    }
+    if scene.density == Density::Follow {
+        all.insert("density".into(), Value::String("follow".into()));
+    }
+    if let Some((center, radius)) = scene.sphere {
+        let sphere = [center.x, center.y, center.z, radius];
+        all.insert("sphere".into(), Value::Array(sphere.iter().map(|&v| Value::Float(v)).collect()));
+    }
+    if let Some(Standpoint { eye, back, up, lens }) = &scene.standpoint {
+        let mut table = Table::new();
+        let vector =
+            |v: DVec3| Value::Array(v.to_array().iter().map(|&v| Value::Float(v)).collect());
+        table.insert("eye".into(), vector(*eye));
+        table.insert("back".into(), vector(back.as_dvec3()));
+        table.insert("up".into(), vector(up.as_dvec3()));
+        let (key, value) = match lens {
+            Lens::Perspective(tangent) => ("tangent", tangent),
+            Lens::Parallel(half) => ("half_height", half),
+        };
+        table.insert(key.into(), number(*value));
+        all.insert("standpoint".into(), Value::Table(table));
     }
     all.insert("object".into(), Value::Array(objects));
     all.to_string()
@@ -180,10 +214,50 @@ fn parse(text: &str, file_length: usize) -> Result<(Scene, Vec<Described>, Strin
             }
         },
         objects: Vec::new(),
+        sphere: match all.table.get("sphere") {
+            None => None,
+            Some(sphere) => {
+                let [x, y, z, r] =
+                    numbers(sphere).filter(|s| s[3] > 0.0).ok_or("settings: sphere is not a sphere")?;
+                Some((DVec3::new(x, y, z), r))
+            }
+        },
+        density: match all.optional("density")? {
+            None => Density::Keep,
+            Some(text) => text.parse()?,
+        },
+        standpoint: match all.table.get("standpoint") {
+            None => None,
+            Some(_) => Some(standpoint(&all.table("standpoint")?)?),
+        },
     };
     let objects = all.get("object")?.as_array().ok_or("settings: object is not a list")?;
     let objects = objects.iter().map(|o| described(o, &all)).collect::<Result<_, _>>()?;
     Ok((scene, objects, all.text("dotwork")?.to_string()))
+}
+
+/// As many finite numbers; `None` for anything else.
+fn numbers<const N: usize>(list: &Value) -> Option<[f64; N]> {
+    let list = list.as_array()?;
+    let all: Option<Vec<f64>> = list.iter().map(|v| v.as_float().filter(|v| v.is_finite())).collect();
+    all?.try_into().ok()
+}
+
+/// The eye of a picture, in the world.
+fn standpoint(table: &Settings) -> Result<Standpoint, String> {
+    let vector = |key: &str| {
+        let found = numbers::<3>(table.get(key)?).map(DVec3::from_array);
+        found.ok_or_else(|| format!("standpoint: {key} is not three numbers"))
+    };
+    let unit = |key: &str| {
+        let found = vector(key)?.try_normalize().map(|v| v.as_vec3());
+        found.ok_or_else(|| format!("standpoint: {key} has no direction"))
+    };
+    let lens = match table.table.get("tangent") {
+        Some(_) => Lens::Perspective(table.number("tangent", 1e-6, 1e6)?),
+        None => Lens::Parallel(table.number("half_height", f32::MIN_POSITIVE, f32::MAX)?),
+    };
+    Ok(Standpoint { eye: vector("eye")?, back: unit("back")?, up: unit("up")?, lens })
 }
 
 fn described(object: &Value, all: &Settings) -> Result<Described, String> {
@@ -208,6 +282,16 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
         Some(v) => Some(v.as_integer().ok_or("object: label is not a whole number")?),
     };
     let placement = object.optional("placement")?.map_or(Ok(Placement::default()), str::parse)?;
+    let time = |key: &str| match object.table.get(key) {
+        None => Ok(None),
+        Some(v) => {
+            let time = v.as_float().filter(|t| t.is_finite());
+            time.map(Some).ok_or_else(|| format!("object: {key} is not a number"))
+        }
+    };
+    let (clip, at, baked_at) = (object.optional("clip")?, time("time")?, time("baked_at")?);
+    let pose = (clip.is_some() || at.is_some())
+        .then(|| Pose { clip: clip.map(String::from), time: at });
     let source = object.optional("source")?.map(|file| Source {
         file: file.into(),
         checksum,
@@ -217,6 +301,8 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
         cut,
         label,
         placement,
+        pose,
+        baked_at,
     });
     let space = match object.optional("space")? {
         Some("patient") => Space::Patient,

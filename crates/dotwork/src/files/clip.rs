@@ -35,6 +35,9 @@ impl MeshFile {
             |input: &str, reason: String| FileError::Clip { input: input.into(), clip: text.clone(), reason };
         let region = ClipRegion::parse(text, whole).map_err(|reason| error(&self.input, reason))?;
         self.raw = clip(&self.raw, &region);
+        if self.motion.take().is_some() {
+            self.notes.push("is cut open and stands still".into());
+        }
         let mut all = Vec::new();
         if let (Some(volume), Some(iso)) = (&self.volume, self.source.iso) {
             let cut = cut_faces(volume, iso, &region);
@@ -50,6 +53,7 @@ impl MeshFile {
                     outlook: self.outlook,
                     notes: Vec::new(),
                     raw: flat(&cut, face, &inks),
+                    motion: None,
                     volume: None,
                     whole: None,
                     look: Look::default(),

@@ -9,7 +9,8 @@ use dotwork_io::dots::{self, Reader};
 use dotwork_io::volume::{
     RawLayout, VolumeFile, VolumeOptions, read_volume, read_volume_bytes, volume_format_of,
 };
-use dotwork_mesh::{RawMesh, shapes};
+use dotwork_io::Model;
+use dotwork_mesh::{Motion, RawMesh, shapes};
 use dotwork_volume::phantom::phantom;
 use dotwork_volume::{Affine, Unit, Volume};
 use glam::DVec3;
@@ -21,6 +22,7 @@ use super::plate::Plate;
 use super::volume::VolumeInput;
 use super::watch::{Stage, Watch};
 use crate::dots_file::read_scene;
+use crate::moving::Pose;
 use crate::placement::Placement;
 use crate::scene::{Object, Scene, Source, World};
 use crate::scene_file::{SceneFile, read_scene_file};
@@ -64,6 +66,8 @@ pub struct MeshFile {
     pub notes: Vec<String>,
     /// The mesh.
     pub raw: RawMesh,
+    /// What moves it, and the origin of the places that this gives.
+    pub motion: Option<(Arc<dyn Motion>, [f64; 3])>,
     /// The prepared volume whose surface it is.
     pub volume: Option<Arc<Volume>>,
     /// Lowest and highest corner of the surface of a volume before it was clipped and placed.
@@ -78,12 +82,18 @@ impl MeshFile {
     /// # Errors
     /// [`FileError::Mesh`].
     pub fn into_object(self, style: Style, warnings: &mut Warnings) -> Result<Object, FileError> {
-        let MeshFile { name, input, source, world, raw, volume, whole, .. } = self;
-        let mut object =
-            Object::new(name, raw, style, warnings).map_err(|source| FileError::Mesh { input, source })?;
-        object.source = Some(source);
-        object.world = world;
-        (object.volume, object.whole) = (volume, whole);
+        let MeshFile { name, input, source, world, raw, motion, volume, whole, .. } = self;
+        let object = match motion {
+            Some(motion) => Object::placed(name, raw, motion, &source.placement, style, warnings),
+            None => Object::new(name, raw, style, warnings),
+        };
+        let object =
+            object.map_err(|source| FileError::Mesh { input: input.clone(), source })?;
+        let mut object = Object { source: Some(source), world, volume, whole, ..object };
+        if let Some(Pose { clip, time }) = object.source.as_ref().and_then(|s| s.pose.clone()) {
+            let posed = object.take_pose(clip.as_deref(), time);
+            posed.map_err(|reason| FileError::Pose { input, reason })?;
+        }
         Ok(object)
     }
 
@@ -124,6 +134,8 @@ pub struct LoadOptions {
     pub transfer: Option<PathBuf>,
     /// Which of several transfer functions in that file, by its name.
     pub transfer_name: Option<String>,
+    /// The pose in which a mesh that moves is drawn; `None`: at rest.
+    pub pose: Option<Pose>,
     /// Is told how far reading is, and then how far what is made of what was read.
     pub watch: Watch,
 }
@@ -192,9 +204,11 @@ pub fn load_with(
         return volume(path, file, options, warnings);
     }
     let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
-    let (raw, checksum) = dotwork_io::read_mesh_checked(path, &bytes, warnings)?;
+    let Model { mesh: raw, checksum, motion } = dotwork_io::read_model(path, &bytes, warnings)?;
+    let motion = motion.map(|motion| (motion, raw.origin));
     let up = if format.starts_with("STL") { UpAxis::Z } else { UpAxis::Y };
-    let source = Source { file: input.clone(), checksum: Some(checksum), ..Source::default() };
+    let pose = options.pose.clone().filter(|_| motion.is_some());
+    let source = Source { file: input.clone(), checksum: Some(checksum), pose, ..Source::default() };
     let (name, facts) = (object_name(path), dotwork_io::mesh_facts(path, &bytes));
     // glTF's lengths are metres; the other formats do not say.
     let unit = if format.starts_with("glTF") { Unit::Metre } else { Unit::Unknown };
@@ -209,6 +223,7 @@ pub fn load_with(
         outlook: Outlook::of_mesh(up),
         notes: Vec::new(),
         raw,
+        motion,
         volume: None,
         whole: None,
         look: Look::default(),
@@ -229,6 +244,7 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         outlook: Outlook::of_mesh(UpAxis::Y),
         notes: Vec::new(),
         raw,
+        motion: None,
         volume: None,
         whole: None,
         look: Look::default(),

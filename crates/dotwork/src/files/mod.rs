@@ -60,6 +60,14 @@ pub enum FileError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A pose is asked for that the input cannot take.
+    #[error("{}: {reason}", one_line(input))]
+    Pose {
+        /// The file.
+        input: String,
+        /// Why not.
+        reason: String,
+    },
     /// A surface is asked for, and the input is a whole scene: a `.dots` file or a plate.
     #[error("{}: is a whole scene, not a surface", one_line(input))]
     WholeScene {

@@ -191,6 +191,7 @@ impl VolumeInput {
             outlook: Outlook { slices: false, ..self.outlook() },
             notes: Vec::new(),
             raw,
+            motion: None,
             volume: None,
             whole: None,
             look: Look::default(),

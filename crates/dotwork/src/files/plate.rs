@@ -137,6 +137,11 @@ impl Plate {
             }
             mesh.place(source.placement);
             let mut object = mesh.into_object(style, &mut said)?;
+            if let Some(pose) = &source.pose {
+                let posed = object.take_pose(pose.clip.as_deref(), source.baked_at);
+                posed.map_err(|reason| error(format!("its object '{shown}': {reason}")))?;
+                object.pose(pose.time, scene.density);
+            }
             for warning in said.iter() {
                 warnings.say(format!("its input {}: {warning}", one_line(&found.to_string_lossy())));
             }

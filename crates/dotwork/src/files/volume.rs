@@ -276,6 +276,7 @@ impl VolumeInput {
             outlook: self.outlook(),
             notes,
             raw,
+            motion: None,
             volume,
             whole: None,
             look: Look::default(),
