@@ -24,6 +24,7 @@ Examples:
   dotwork render demo:teapot -o teapot.png
   dotwork render bunny.ply -o plate.png --style hard --camera -30,20
   dotwork render bunny.ply -o plate.png --page A5 --dpi 600 --pen 0.25mm
+  dotwork animate fox.glb -o fox.gif --clip Run
   dotwork styles              list the styles
   dotwork styles --keys       every style key: value, range, meaning
 
@@ -58,6 +59,8 @@ pub struct Cli {
 pub enum Command {
     /// draw a picture: png, svg, pdf, tif, csv or json
     Render(RenderArgs),
+    /// draw a film: gif, png (animated), mp4, webm, csv, or a file a frame
+    Animate(AnimateArgs),
     /// do the expensive half once: write stipples, surface and settings to a .dots file
     Bake(BakeArgs),
     /// say what is in a file
@@ -131,9 +134,105 @@ pub struct RenderArgs {
     #[arg(long, value_enum, value_name = "COLUMNS", help_heading = "Output")]
     pub csv: Option<CsvColumns>,
 
+    /// leave the paper of a .png transparent [default: paper]
+    #[arg(long, help_heading = "Output")]
+    pub alpha: bool,
+
+    #[command(flatten)]
+    pub pose: PoseArgs,
+
     #[command(flatten)]
     pub scene: SceneArgs,
 }
+
+/// `dotwork animate`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  dotwork animate bunny.ply -o bunny.gif --turntable 72 --size 480
+  dotwork animate fox.glb -o fox.mp4 --clip Run --size 1280x720
+  dotwork animate man.glb -o frames/f-%04d.png --frames 0..48 --resume
+  dotwork animate man.glb -o man.svg%04d.svg --on-twos 2 --style hard
+  dotwork animate scene.toml -o flight.webm --fps 30
+
+The time of a frame is its number by the frames a second. What moves is the
+animation that a glTF file brings, the camera on a turntable, and camera and
+light by the keys of a scene file.")]
+pub struct AnimateArgs {
+    /// what to draw: everything that render draws
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+
+    /// the film: .gif, .png (animated), .mp4, .webm, .csv, or with %04d in its
+    /// name a picture a frame: png, svg, pdf, tif, json
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// turn the camera once round in N frames; an animation then plays only if
+    /// --clip names it [default: no turning]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = "Film")]
+    pub turntable: Option<u32>,
+
+    /// the animation to play, by its name or number; dotwork info lists them
+    /// [default: the first]
+    #[arg(long, value_name = "NAME|N", help_heading = "Film")]
+    pub clip: Option<String>,
+
+    /// the frames to draw, B excluded [default: all]
+    #[arg(long, value_name = "A..B", value_parser = parse_frames, help_heading = "Film")]
+    pub frames: Option<Frames>,
+
+    /// frames a second [default: 24]
+    #[arg(long, value_name = "RATE", value_parser = parse_fps, help_heading = "Film")]
+    pub fps: Option<f64>,
+
+    /// hold each drawing for N frames, as hand-drawn films do [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = "Film")]
+    pub on_twos: Option<u32>,
+
+    /// where a surface is stretched: keep its tone by further dots, or let the
+    /// dots follow [default: keep]
+    #[arg(long, value_name = "keep|follow", help_heading = "Film")]
+    pub density: Option<dotwork::Density>,
+
+    /// see the scene through a camera of a glTF file, by its name or number
+    /// [default: --camera; without a value: the first]
+    #[arg(long, value_name = "NAME|N", num_args = 0..=1, default_missing_value = "", help_heading = "Film")]
+    pub film_camera: Option<String>,
+
+    /// leave the paper transparent: png, gif, webm [default: paper]
+    #[arg(long, help_heading = "Output")]
+    pub alpha: bool,
+
+    /// leave out frames whose files are there already, drawn with the same
+    /// settings [default: draw all]
+    #[arg(long, help_heading = "Output")]
+    pub resume: bool,
+
+    /// columns of a .csv output: full adds place and normal, x,y,z,nx,ny,nz
+    /// [default: plain]
+    #[arg(long, value_enum, value_name = "COLUMNS", help_heading = "Output")]
+    pub csv: Option<CsvColumns>,
+
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+/// The pose of an input that moves.
+#[derive(Args)]
+pub struct PoseArgs {
+    /// the animation of a glTF file whose pose is drawn, by its name or number
+    /// [default: at rest; with --time: the first]
+    #[arg(long, value_name = "NAME|N", help_heading = "Input")]
+    pub clip: Option<String>,
+
+    /// seconds of that animation [default: 0 with --clip]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = "Input")]
+    pub time: Option<f64>,
+}
+
+/// Frames from the first to the one after the last.
+pub type Frames = std::ops::Range<u32>;
 
 /// `dotwork bake`.
 #[derive(Args)]
@@ -153,6 +252,9 @@ pub struct BakeArgs {
     /// the .dots file to write
     #[arg(short, long, value_name = "FILE.dots")]
     pub output: PathBuf,
+
+    #[command(flatten)]
+    pub pose: PoseArgs,
 
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -445,6 +547,23 @@ pub struct BenchArgs {
 
 fn parse_threads(s: &str) -> Result<usize, String> {
     s.parse().ok().filter(|n| (1..=1024).contains(n)).ok_or_else(|| "write a number from 1 to 1024".into())
+}
+
+fn parse_frames(s: &str) -> Result<Frames, String> {
+    let range = s.split_once("..").and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
+    range
+        .filter(|r: &Frames| r.start < r.end && r.end <= dotwork::MAX_FRAMES)
+        .ok_or_else(|| "write A..B, for example 0..48: the first frame and the one after the last".into())
+}
+
+fn parse_fps(s: &str) -> Result<f64, String> {
+    let fps = s.parse().ok().filter(|fps| (0.01..=1000.0).contains(fps));
+    fps.ok_or_else(|| "write a number from 0.01 to 1000".into())
+}
+
+fn parse_seconds(s: &str) -> Result<f64, String> {
+    let seconds = s.parse().ok().filter(|t| (0.0..=1e6).contains(t));
+    seconds.ok_or_else(|| "write seconds, a number from 0".into())
 }
 
 fn parse_set(s: &str) -> Result<String, String> {

@@ -17,10 +17,11 @@ pub fn run(args: &BakeArgs, report: &mut Report) -> Result<(), Failure> {
         let out = args.output.display();
         return Err(Failure::Usage(format!("{out}: a bake is written to a file that ends in .dots")));
     }
-    let options = Options::new(&args.scene)?;
+    let options = Options::with_pose(&args.scene, &args.pose)?;
     output::check(&args.output, &args.inputs)?;
 
     let mut scene = scene::open(&args.inputs, &args.output, &options, report)?;
+    options.check_pose(&scene)?;
     report.progress("stipples", |progress| scene.bake(progress));
     let bytes = encode_dots(&scene);
     output::write(&args.output, |w| w.write_all(&bytes))?;

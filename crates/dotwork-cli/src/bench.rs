@@ -176,7 +176,7 @@ fn write(scene: &Scene, drawing: Drawing) -> (Vec<(&'static str, Cost, usize)>, 
         let mut bytes = Vec::new();
         // Memory refuses nothing.
         let (cost, _) =
-            Cost::of(|| encode_drawing(&mut bytes, format, &drawing, scene, &mut Warnings::new()));
+            Cost::of(|| encode_drawing(&mut bytes, format, false, &drawing, scene, &mut Warnings::new()));
         (name, cost, bytes.len())
     });
     let (order, _) = Cost::of(|| prepare(drawing, Format::SvgPlot, scene, &mut Warnings::new()));

@@ -3,10 +3,12 @@
 //! [`args`] is what was typed, [`options`] what it means for a scene; each subcommand has a file of its own; [`report`]
 //! says what happened and decides the exit code: 0 done, 1 the run failed, 2 the command was not understood.
 
+mod animate;
 mod args;
 mod bake;
 mod bench;
 mod demo;
+mod ffmpeg;
 mod info;
 mod manual;
 mod options;
@@ -46,6 +48,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
     let mut report = Report::new(cli.quiet);
     match cli.command {
         Command::Render(args) => render::run(&args, &mut report),
+        Command::Animate(args) => animate::run(&args, &mut report),
         Command::Bake(args) => bake::run(&args, &mut report),
         Command::Info(args) => info::run(&args, &mut report),
         Command::Styles(args) => styles::run(&args),

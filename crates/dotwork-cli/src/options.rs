@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dotwork::ink::PRESETS;
-use dotwork::{LoadOptions, Scene, Settings, Stipples, Style, UpAxis, preset, read_style};
+use dotwork::{LoadOptions, Pose, Scene, Settings, Stipples, Style, UpAxis, preset, read_style};
 
-use crate::args::{BakeMethod, InputArgs, SceneArgs, StyleArgs};
+use crate::args::{BakeMethod, InputArgs, PoseArgs, SceneArgs, StyleArgs};
 use crate::report::Failure;
 
 /// Options checked: the style is read, the page can be drawn.
@@ -25,6 +25,25 @@ impl<'a> Options<'a> {
         let options = Options { args, style, load };
         options.apply(&mut Scene::default())?;
         Ok(options)
+    }
+
+    /// As [`Options::new`], with a pose of what moves.
+    pub fn with_pose(args: &'a SceneArgs, pose: &PoseArgs) -> Result<Options<'a>, Failure> {
+        let mut options = Options::new(args)?;
+        if pose.clip.is_some() || pose.time.is_some() {
+            let time = Some(pose.time.unwrap_or(0.0));
+            options.load.pose = Some(Pose { clip: pose.clip.clone(), time });
+        }
+        Ok(options)
+    }
+
+    /// Refuses a pose that nothing in the scene can take.
+    pub fn check_pose(&self, scene: &Scene) -> Result<(), Failure> {
+        let posed = scene.objects.iter().any(|o| o.source.as_ref().is_some_and(|s| s.pose.is_some()));
+        if self.load.pose.is_some() && !posed {
+            return Err(Failure::Run("--clip and --time: no input has an animation".into()));
+        }
+        Ok(())
     }
 
     /// The style of an object whose own style is `own`.
@@ -51,6 +70,7 @@ impl<'a> Options<'a> {
             stipples: args.stipples,
             seed: args.seed,
             scale_bar: args.scale_bar,
+            timeline: None,
             pens_mm: if args.pen.is_some() {
                 Some(Vec::new())
             } else {

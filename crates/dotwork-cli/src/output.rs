@@ -48,6 +48,25 @@ pub fn survive_size_limits() {
     signals::survive_size_limits();
 }
 
+/// Does work that writes through what [`Signal::watch`] gives: a signal that asks the program to end takes effect once
+/// it has come back.
+pub fn interruptible<T>(work: impl FnOnce(&Signal) -> T) -> T {
+    let signal = Signal(signals::Pending::new());
+    let result = work(&signal);
+    signal.0.obey();
+    result
+}
+
+/// Knows whether the program has been asked to end.
+pub struct Signal(signals::Pending);
+
+impl Signal {
+    /// A writer that refuses to go on once it has.
+    pub fn watch<'a>(&'a self, inner: &'a mut dyn Write) -> impl Write + 'a {
+        Interruptible { inner, signal: &self.0 }
+    }
+}
+
 /// A writer that refuses to go on once a signal is pending.
 struct Interruptible<'a> {
     inner: &'a mut dyn Write,

@@ -17,10 +17,11 @@ const EXHAUSTED: f64 = 0.005;
 pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     let start = Instant::now();
     let format = format(args)?;
-    let options = Options::new(&args.scene)?;
+    let options = Options::with_pose(&args.scene, &args.pose)?;
     output::check(&args.output, &args.inputs)?;
 
     let mut scene = scene::open(&args.inputs, &args.output, &options, report)?;
+    options.check_pose(&scene)?;
     if args.plot {
         take_pens(&mut scene, report)?;
     }
@@ -30,7 +31,7 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     let lacking = artist.exhausted(&scene);
     let mut warnings = Warnings::new();
     let (drawing, travel) = prepare(drawn, format, &scene, &mut warnings);
-    output::write(&args.output, |w| encode_drawing(w, format, &drawing, &scene, &mut warnings))?;
+    output::write(&args.output, |w| encode_drawing(w, format, args.alpha, &drawing, &scene, &mut warnings))?;
     report.warn(None, &warnings);
 
     report.warn(None, &scene.bake_warnings());
@@ -85,6 +86,9 @@ fn format(args: &RenderArgs) -> Result<Format, Failure> {
         Failure::Usage(format!("{out}: the output's ending is not one of {names}"))
     })?;
     let usage = |text: &str| Err(Failure::Usage(text.into()));
+    if args.alpha && (format != Format::Png || args.bilevel) {
+        return usage("--alpha is for a .png in shades");
+    }
     match (format, args.csv) {
         (Format::Csv, Some(CsvColumns::Full)) => return Ok(Format::CsvFull),
         (Format::Csv, _) | (_, None) => {}

@@ -56,6 +56,11 @@ impl<W: Write> CsvWriter<W> {
         Ok(CsvWriter { text, full })
     }
 
+    /// A writer of further rows of a table that has its header.
+    pub fn without_header(writer: W, full: bool) -> CsvWriter<W> {
+        CsvWriter { text: TextWriter::new(writer), full }
+    }
+
     /// Writes one row for each dot, layers from bottom to top, dots in drawing order. `number` is the absolute frame
     /// number. `places` is asked only for the full table. A number that is not finite is written as an empty field.
     ///

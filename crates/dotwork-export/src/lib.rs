@@ -6,6 +6,7 @@
 //! * [`write_pdf`]: the page in its size, editable marks, layers;
 //! * [`embedded_settings`] and [`is_plate`]: the settings that any of these carries;
 //! * [`CsvWriter`]: the drawing table, one row a dot;
+//! * [`GifWriter`] and [`ApngWriter`]: films;
 //! * [`write_json`]: the whole drawing as structure-of-arrays JSON;
 //! * [`write_svg`] and [`svg_metadata`]: vectors in millimetres with the settings inside, and those read back;
 //! * [`assign_pens`] and [`plot`]: what each pen draws, and in which order a plotter draws it.
@@ -31,6 +32,7 @@ mod base64;
 mod bilevel;
 mod csv;
 mod error;
+mod film;
 mod json;
 mod opacity;
 mod pdf;
@@ -50,6 +52,7 @@ pub use self::atomic::{check_writable, write_atomic};
 pub use self::bilevel::{Bilevel, bilevel};
 pub use self::csv::{CsvWriter, Places};
 pub use self::error::ExportError;
+pub use self::film::{ApngFrame, ApngWriter, GifFrame, GifWriter, apng_frame, gif_frame};
 pub use self::json::write_json;
 pub use self::pdf::{PdfOptions, pdf_metadata, write_pdf};
 pub use self::pens::{PenError, assign_pens};

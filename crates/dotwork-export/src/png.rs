@@ -20,7 +20,7 @@ use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensi
 use crate::bilevel::Bilevel;
 
 /// The last level before time grows faster than files shrink; see the table above.
-const DEFLATE_LEVEL: u8 = 2;
+pub(crate) const DEFLATE_LEVEL: u8 = 2;
 
 /// The same for plates of one bit a pixel. 200,000 dots on A4 at 1200 dpi, 17 MB, one core (ms, MB): level 1: 103, 6.5;
 /// 2: 202, 4.4; 4: 359, 4.1; 6: 791, 3.9.
@@ -33,6 +33,8 @@ pub enum Pixels<'a> {
     Grey(&'a [u8]),
     /// Three bytes a pixel: red, green, blue.
     Rgb(&'a [u8]),
+    /// Four bytes a pixel: red, green, blue, opacity; the colours are not multiplied by it.
+    Rgba(&'a [u8]),
 }
 
 /// A raster to be written.
@@ -62,6 +64,7 @@ impl<'a> RasterView<'a> {
         let (samples, bytes) = match pixels {
             Pixels::Grey(bytes) => (1, bytes),
             Pixels::Rgb(bytes) => (3, bytes),
+            Pixels::Rgba(bytes) => (4, bytes),
         };
         let expected = u128::from(width) * u128::from(height) * samples as u128;
         if expected == 0 || expected != bytes.len() as u128 {
@@ -92,7 +95,11 @@ pub fn write_png<W: Write>(
     let (samples, bytes) = raster.samples()?;
     let mut keeper = Keeper { inner: writer, error: None };
     let mut encoder = Encoder::new(&mut keeper, raster.width, raster.height);
-    encoder.set_color(if samples == 1 { ColorType::Grayscale } else { ColorType::Rgb });
+    encoder.set_color(match samples {
+        1 => ColorType::Grayscale,
+        3 => ColorType::Rgb,
+        _ => ColorType::Rgba,
+    });
     encoder.set_depth(BitDepth::Eight);
     encoder.set_deflate_compression(DeflateCompression::Level(DEFLATE_LEVEL));
     let result = finish(encoder, ppm, text, bytes);

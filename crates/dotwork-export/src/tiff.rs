@@ -52,6 +52,9 @@ pub fn write_tiff<W: Write>(
 ) -> io::Result<()> {
     let RasterView { width, height, .. } = *raster;
     let (samples, bytes) = raster.samples()?;
+    if samples > 3 {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "a TIFF of transparent pixels is not written"));
+    }
     let row_bytes = width as usize * samples;
     let strips = Strips::new(bytes, row_bytes, |rows| {
         let mut zlib = ZlibEncoder::new(Vec::with_capacity(rows.len() / 4), Compression::new(DEFLATE_LEVEL));

@@ -67,6 +67,7 @@ mod dots_file;
 mod files;
 #[cfg(feature = "files")]
 mod palette_file;
+mod film;
 mod moving;
 mod placement;
 mod scale_bar;
@@ -77,6 +78,7 @@ mod scene_file;
 mod settings;
 #[cfg(feature = "files")]
 mod style_file;
+mod timeline;
 mod voxels;
 
 pub use artist::{Artist, SCALE_BAR};
@@ -84,11 +86,12 @@ pub use artist::{Artist, SCALE_BAR};
 pub use dots_file::{Described, encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Outlook, Plate, Stage, VolumeInput,
-    Watch, encode_drawing, load, load_with, open, prepare, write_drawing,
+    FileError, FilmFormat, FilmPath, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Outlook, Plate, Stage, VolumeInput,
+    Watch, draw_film, encode_drawing, encode_film, encode_frames, load, load_with, open, prepare, rasterize, write_drawing,
 };
 #[cfg(feature = "files")]
 pub use palette_file::{PaletteError, resolve_palette};
+pub use film::{Film, FilmOptions, MAX_FRAMES};
 pub use moving::{Density, Moving, Pose};
 pub use placement::Placement;
 pub use scale_bar::ScaleBar;
@@ -99,6 +102,8 @@ pub use scene_file::{SceneFile, SceneObject, read_scene_file};
 pub use settings::{Settings, SettingsError};
 #[cfg(feature = "files")]
 pub use style_file::{StyleFile, read_style};
+
+pub use timeline::{Timeline, Track};
 
 pub use dotwork_drawing::{
     self as drawing, Camera, Color, Drawing, Length, Light, LightFrame, Page, UpAxis, Warnings,

@@ -17,7 +17,7 @@ const POSES_TRIED: usize = 24;
 const GROWN: f64 = 1.02;
 
 /// A pose of an object: a time of one of its animations.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// The animation, by its name or number; `None` where there is none.
     pub clip: Option<String>,

@@ -18,6 +18,7 @@ use crate::curves;
 use crate::moving::{Density, Moving, Pose};
 use crate::placement::Placement;
 use crate::scale_bar::ScaleBar;
+use crate::timeline::Timeline;
 use crate::voxels;
 
 /// Most stipples that [`Stipples::Auto`] bakes for one object.
@@ -412,6 +413,8 @@ pub struct Scene {
     pub standpoint: Option<Standpoint>,
     /// What becomes of the density of stipples where a surface is stretched.
     pub density: Density,
+    /// How camera and light move in a film.
+    pub timeline: Timeline,
 }
 
 impl Scene {
@@ -463,7 +466,7 @@ impl Scene {
     }
 
     /// What all coordinates are relative to, in the world.
-    fn origin(&self) -> DVec3 {
+    pub(crate) fn origin(&self) -> DVec3 {
         self.objects.first().map_or(DVec3::ZERO, |o| DVec3::from_array(o.mesh.origin))
     }
 

@@ -5,6 +5,7 @@ use dotwork_volume::Space;
 
 use crate::scale_bar::ScaleBar;
 use crate::scene::{Scene, Stipples, ZOOM};
+use crate::timeline::Timeline;
 
 /// What is to change of a scene's camera, light and page; what is `None` stays as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,6 +39,8 @@ pub struct Settings {
     pub scale_bar: Option<ScaleBar>,
     /// Diameters of the pens, millimetres.
     pub pens_mm: Option<Vec<f32>>,
+    /// How camera and light move in a film.
+    pub timeline: Option<Timeline>,
 }
 
 /// Why settings do not fit a scene.
@@ -94,6 +97,9 @@ impl Settings {
             scene.pens = pens.clone();
             scene.pens.sort_by(f32::total_cmp);
             scene.pens.dedup();
+        }
+        if let Some(timeline) = &self.timeline {
+            scene.timeline = timeline.clone();
         }
         // Before there are objects nothing is known of the view.
         if !scene.objects.is_empty() {

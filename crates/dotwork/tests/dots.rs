@@ -52,7 +52,7 @@ fn scene() -> Scene {
 fn drawn(scene: &mut Scene, format: Format) -> Vec<u8> {
     let drawing = scene.draw();
     let mut bytes = Vec::new();
-    encode_drawing(&mut bytes, format, &drawing, scene, &mut Warnings::new()).unwrap();
+    encode_drawing(&mut bytes, format, false, &drawing, scene, &mut Warnings::new()).unwrap();
     bytes
 }
 

@@ -159,7 +159,7 @@ fn draw(setting: &Setting, change: Option<(&str, &str)>) -> (Vec<u8>, Vec<u8>) {
     scene.bake(|_| ());
     let drawing = Artist::new().draw(&scene);
     let (mut table, mut raster) = (Vec::new(), Raster::default());
-    encode_drawing(&mut table, Format::Csv, &drawing, &scene, &mut Warnings::new()).unwrap();
+    encode_drawing(&mut table, Format::Csv, false, &drawing, &scene, &mut Warnings::new()).unwrap();
     Rasterizer::new().draw(&drawing, &mut raster);
     (table, raster.samples)
 }

@@ -10,6 +10,7 @@ use crate::files::one_line;
 use crate::moving::{Density, Pose};
 use crate::placement::Placement;
 use crate::scene::{Scene, Source, World, ZOOM};
+use crate::timeline::Timeline;
 
 /// How long a text may be, and how much longer for each byte of its file: while it is understood, a byte may take two
 /// hundred, and long texts pack a thousand times.
@@ -214,6 +215,7 @@ fn parse(text: &str, file_length: usize) -> Result<(Scene, Vec<Described>, Strin
             }
         },
         objects: Vec::new(),
+        timeline: Timeline::default(),
         sphere: match all.table.get("sphere") {
             None => None,
             Some(sphere) => {

@@ -1,6 +1,7 @@
 //! Files in and out: what a scene is read from, and what a drawing is written to.
 
 mod clip;
+mod film;
 mod input;
 mod outlook;
 mod output;
@@ -18,6 +19,7 @@ use dotwork_mesh::MeshError;
 use dotwork_mesh::shapes::DEMOS;
 use dotwork_volume::phantom::PHANTOMS;
 
+pub use film::{FilmFormat, FilmPath, draw_film, encode_film, encode_frames, rasterize};
 pub use input::{LoadOptions, Loaded, MeshFile, load, load_with, open};
 pub use outlook::Outlook;
 pub use output::{Format, encode_drawing, prepare, write_drawing};

@@ -6,19 +6,20 @@ use std::path::Path;
 use dotwork_drawing::{Drawing, Warnings};
 use dotwork_export::plot::{Travel, order_for_plotter, plotter_layers};
 use dotwork_export::{
-    CsvWriter, PdfOptions, Pixels, RasterView, SETTINGS_KEYWORD, SvgOptions, assign_pens, bilevel,
+    CsvWriter, PdfOptions, SETTINGS_KEYWORD, SvgOptions, assign_pens, bilevel,
     pixels_per_metre, write_atomic, write_json, write_pdf, write_png, write_png_bilevel, write_svg,
     write_tiff, write_tiff_bilevel,
 };
 use dotwork_ink::Stock;
-use dotwork_render::{Raster, Rasterizer};
+use dotwork_render::Rasterizer;
 
 use super::FileError;
+use super::film::{rasterize, view};
 use crate::dots_file::settings_text;
 use crate::scene::Scene;
 
 /// What wrote a file.
-const SOFTWARE: &str = concat!("dotwork ", env!("CARGO_PKG_VERSION"));
+pub(super) const SOFTWARE: &str = concat!("dotwork ", env!("CARGO_PKG_VERSION"));
 
 /// A format that a drawing is written in. All but the tables carry the scene's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,17 +104,31 @@ pub fn write_drawing(
     warnings: &mut Warnings,
 ) -> Result<(), FileError> {
     let (drawing, _) = prepare(drawing.clone(), format, scene, warnings);
-    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, &drawing, scene, warnings))?)
+    Ok(write_atomic(path.as_ref(), |w| encode_drawing(w, format, false, &drawing, scene, warnings))?)
 }
 
-/// Writes a drawing that was [prepared](prepare) as the bytes of a file. What the format cannot show is said in
-/// `warnings`.
+/// Writes a drawing that was [prepared](prepare) as the bytes of a file; with `clear`, the paper of a PNG is
+/// transparent. What the format cannot show is said in `warnings`.
 ///
 /// # Errors
 /// What the writer refuses.
 pub fn encode_drawing(
     w: impl Write,
     format: Format,
+    clear: bool,
+    drawing: &Drawing,
+    scene: &Scene,
+    warnings: &mut Warnings,
+) -> io::Result<()> {
+    encode_with(&mut Rasterizer::new(), w, format, clear, drawing, scene, warnings)
+}
+
+/// As [`encode_drawing`], with a rasteriser that is used again.
+pub(super) fn encode_with(
+    rasterizer: &mut Rasterizer,
+    w: impl Write,
+    format: Format,
+    clear: bool,
     drawing: &Drawing,
     scene: &Scene,
     warnings: &mut Warnings,
@@ -124,8 +139,8 @@ pub fn encode_drawing(
     let ppm = pixels_per_metre(drawing.page.dpi);
     let text = [("Software", SOFTWARE), (SETTINGS_KEYWORD, settings.as_str())];
     match format {
-        Format::Png => with_pixels(drawing, |view| write_png(w, view, ppm, &text)),
-        Format::Tiff => with_pixels(drawing, |view| write_tiff(w, view, drawing.page.dpi, metadata)),
+        Format::Png => write_png(w, &view(&rasterize(rasterizer, drawing, clear)), ppm, &text),
+        Format::Tiff => write_tiff(w, &view(&rasterize(rasterizer, drawing, false)), drawing.page.dpi, metadata),
         Format::PngBilevel => write_png_bilevel(w, &bilevel(drawing, warnings), ppm, &text),
         Format::TiffBilevel => write_tiff_bilevel(w, &bilevel(drawing, warnings), drawing.page.dpi, metadata),
         Format::Svg => write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::default() }),
@@ -135,19 +150,18 @@ pub fn encode_drawing(
         Format::Pdf => write_pdf(w, drawing, &PdfOptions { metadata, title }),
         Format::Csv => CsvWriter::new(w, false)?.frame(0, drawing, None),
         Format::CsvFull => {
-            let places = |layer: usize, stipple: u32| place(scene, &drawing.layers[layer].object, stipple);
-            CsvWriter::new(w, true)?.frame(0, drawing, Some(&places))
+            CsvWriter::new(w, true)?.frame(0, drawing, Some(&places_of(scene, drawing)))
         }
         Format::Json => write_json(w, drawing),
     }
 }
 
-fn with_pixels(drawing: &Drawing, write: impl FnOnce(&RasterView<'_>) -> io::Result<()>) -> io::Result<()> {
-    let mut raster = Raster::default();
-    Rasterizer::new().draw(drawing, &mut raster);
-    let pixels =
-        if raster.channels == 1 { Pixels::Grey(&raster.samples) } else { Pixels::Rgb(&raster.samples) };
-    write(&RasterView { width: raster.width, height: raster.height, pixels })
+/// Where the stipples of a drawing of a scene lie.
+pub(super) fn places_of<'a>(
+    scene: &'a Scene,
+    drawing: &'a Drawing,
+) -> impl Fn(usize, u32) -> ([f32; 3], [f32; 3]) + 'a {
+    |layer, stipple| place(scene, &drawing.layers[layer].object, stipple)
 }
 
 /// Position, in the coordinates of the file, and smooth normal of a stipple of the object of this name.

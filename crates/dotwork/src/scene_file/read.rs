@@ -12,8 +12,9 @@ use toml::de::{DeTable, DeValue};
 use super::{SceneFile, SceneObject};
 use crate::files::{FileError, LoadOptions, Watch};
 use crate::placement::Placement;
-use crate::scene::Stipples;
+use crate::scene::{Stipples, ZOOM};
 use crate::settings::Settings;
+use crate::timeline::{Timeline, Track};
 use crate::style_file::{preset_names, read_style, text_of, with_palette};
 
 /// Scene files that include each other to more than this depth.
@@ -285,6 +286,11 @@ fn object(
             }
             "transfer" => object.load.transfer = Some(source.beside(&source.text(key, value)?)),
             "transfer_name" => object.load.transfer_name = Some(source.text(key, value)?),
+            "clip" => object.load.pose.get_or_insert_default().clip = Some(source.text(key, value)?),
+            "time" => {
+                let time = source.number(key, value, 0.0, 1e6)?;
+                object.load.pose.get_or_insert_default().time = Some(time);
+            }
             "iso" => object.iso = Some(source.number(key, value, f64::MIN, f64::MAX)?),
             "style" => object.style = Some(source.style(value)?),
             "role" => match &*source.text(key, value)? {
@@ -330,7 +336,7 @@ fn object(
             "translate" => object.placement.translate = source.numbers(key, value)?,
             _ => {
                 find_param(key).map_err(|e| {
-                    let own = "name, file, raw, series, labels, label, transfer, transfer_name, iso, style, role, mode, scale, rotate, translate";
+                    let own = "name, file, raw, series, labels, label, transfer, transfer_name, clip, time, iso, style, role, mode, scale, rotate, translate";
                     source.error(at, format!("{e} (an object also takes {own})"))
                 })?;
                 // Tried out, so that the error stands here and not where the object is drawn.
@@ -364,9 +370,10 @@ fn camera(source: &Source, entries: Vec<Entry>, settings: &mut Settings) -> Resu
             }
             "zoom" => settings.zoom = Some(source.number(key, value, 1e-3, 1e6)? as f32),
             "up" => settings.up = Some(source.parsed(key, value, str::parse::<UpAxis>)?),
+            "keys" => camera_keys(source, value, settings.timeline.get_or_insert_default())?,
             _ => {
-                const KNOWN: [&str; 7] =
-                    ["direction", "azimuth", "elevation", "distance", "ortho", "zoom", "up"];
+                const KNOWN: [&str; 8] =
+                    ["direction", "azimuth", "elevation", "distance", "ortho", "zoom", "up", "keys"];
                 return Err(source.unknown(key, at, "[camera]", &KNOWN));
             }
         }
@@ -382,6 +389,71 @@ fn camera(source: &Source, entries: Vec<Entry>, settings: &mut Settings) -> Resu
     Ok(())
 }
 
+/// The values of one key of a table of keys, by name.
+type Key<const N: usize> = [(&'static str, f64, f64); N];
+
+/// Reads keys, tables with a time and some of the numbers that `known` gives names and ranges: for each of them the
+/// times and values of the keys that have it.
+fn keys<const N: usize>(
+    source: &Source,
+    value: &Spanned<DeValue>,
+    of: &str,
+    known: Key<N>,
+) -> Result<[Track; N], FileError> {
+    let wrong = || source.error(value.span().start, format!("keys are written as [[{of}.keys]]"));
+    let DeValue::Array(array) = value.get_ref() else { return Err(wrong()) };
+    let mut found: [Vec<(f64, f64)>; N] = std::array::from_fn(|_| Vec::new());
+    for entry in array.iter() {
+        let DeValue::Table(table) = entry.get_ref() else { return Err(wrong()) };
+        let entries = source.entries(table);
+        let time = entries.iter().find(|(key, ..)| *key == "time");
+        let Some((key, time, _)) = time else {
+            return Err(source.error(entry.span().start, format!("a key of [{of}] has no time, in seconds")));
+        };
+        let time = source.number(key, time, 0.0, 1e6)?;
+        for (key, value, at) in entries.into_iter().filter(|(key, ..)| *key != "time") {
+            let Some(k) = known.iter().position(|(name, ..)| *name == key) else {
+                let names: Vec<&str> = std::iter::once("time").chain(known.iter().map(|k| k.0)).collect();
+                return Err(source.unknown(key, at, &format!("a key of [{of}]"), &names));
+            };
+            found[k].push((time, source.number(key, value, known[k].1, known[k].2)?));
+        }
+    }
+    let mut tracks: [Track; N] = std::array::from_fn(|_| Track::default());
+    for (track, keys) in tracks.iter_mut().zip(found) {
+        *track = Track::new(keys).map_err(|reason| source.error(value.span().start, reason))?;
+    }
+    Ok(tracks)
+}
+
+fn camera_keys(
+    source: &Source,
+    value: &Spanned<DeValue>,
+    timeline: &mut Timeline,
+) -> Result<(), FileError> {
+    let known = [
+        ("azimuth", -1e6, 1e6),
+        ("elevation", -90.0, 90.0),
+        ("distance", 1.0 + 1e-6, 1e6),
+        ("zoom", f64::from(ZOOM.0), f64::from(ZOOM.1)),
+    ];
+    let [azimuth, elevation, distance, zoom] = keys(source, value, "camera", known)?;
+    let (log_distance, log_zoom) = (distance.map(f64::ln), zoom.map(f64::ln));
+    *timeline = Timeline { azimuth, elevation, log_distance, log_zoom, ..std::mem::take(timeline) };
+    Ok(())
+}
+
+fn light_keys(
+    source: &Source,
+    value: &Spanned<DeValue>,
+    timeline: &mut Timeline,
+) -> Result<(), FileError> {
+    let known = [("azimuth", -1e6, 1e6), ("elevation", -1e6, 1e6)];
+    let [light_azimuth, light_elevation] = keys(source, value, "light", known)?;
+    *timeline = Timeline { light_azimuth, light_elevation, ..std::mem::take(timeline) };
+    Ok(())
+}
+
 fn light(source: &Source, entries: Vec<Entry>, settings: &mut Settings) -> Result<(), FileError> {
     let [mut azimuth, mut elevation] = settings.light.unwrap_or({
         let light = dotwork_drawing::Light::default();
@@ -392,7 +464,8 @@ fn light(source: &Source, entries: Vec<Entry>, settings: &mut Settings) -> Resul
             "azimuth" => azimuth = source.number(key, value, -1e6, 1e6)? as f32,
             "elevation" => elevation = source.number(key, value, -1e6, 1e6)? as f32,
             "frame" => settings.light_frame = Some(source.parsed(key, value, str::parse::<LightFrame>)?),
-            _ => return Err(source.unknown(key, at, "[light]", &["azimuth", "elevation", "frame"])),
+            "keys" => light_keys(source, value, settings.timeline.get_or_insert_default())?,
+            _ => return Err(source.unknown(key, at, "[light]", &["azimuth", "elevation", "frame", "keys"])),
         }
     }
     settings.light = Some([azimuth, elevation]);
