@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use crate::moving::Density;
 use crate::scene::Scene;
 
 /// Most frames of a film.
@@ -155,7 +156,9 @@ impl Film {
                     continue;
                 };
                 let times = self.some(MEASURED).map(|n| self.time(n));
-                if let Some(time) = moving.largest(clip, times) {
+                // Dots that follow are as dense as asked where the surface is at rest.
+                let keeps = scene.density == Density::Keep;
+                if let Some(time) = moving.largest(clip, times).filter(|_| keeps) {
                     object.play(Some(clip), Some(time)).map_err(|e| format!("{}: {e}", object.name))?;
                 }
             }

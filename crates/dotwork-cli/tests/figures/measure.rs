@@ -35,8 +35,17 @@ impl Folder {
 }
 
 pub fn dotwork(arguments: &str, input: &Path, output: &Path) {
+    run("render", arguments, input, output);
+}
+
+/// Draws a film.
+pub fn animate(arguments: &str, input: &Path, output: &Path) {
+    run("animate", arguments, input, output);
+}
+
+fn run(command: &str, arguments: &str, input: &Path, output: &Path) {
     let run = Command::new(env!("CARGO_BIN_EXE_dotwork"))
-        .arg("render")
+        .arg(command)
         .arg(input)
         .arg("-o")
         .arg(output)
@@ -152,6 +161,19 @@ pub fn frame_dots(path: &Path) -> FrameDots {
     let t = Table::read(path);
     let (ids, sizes, x, y) = (t.column("id"), t.column("size"), t.column("x_px"), t.column("y_px"));
     (0..ids.len()).map(|i| (ids[i] as u64, (sizes[i], [x[i], y[i]]))).collect()
+}
+
+/// All frames of a table of several.
+pub fn all_frame_dots(path: &Path) -> Vec<FrameDots> {
+    let t = Table::read(path);
+    let [frame, id, size, x, y] = ["frame", "id", "size", "x_px", "y_px"].map(|name| t.columns[name]);
+    let mut frames: Vec<FrameDots> = Vec::new();
+    for row in &t.rows {
+        let n = row[frame] as usize;
+        frames.resize_with(frames.len().max(n + 1), FrameDots::new);
+        frames[n].insert(row[id] as u64, (row[size], [row[x], row[y]]));
+    }
+    frames
 }
 
 /// Share of dots that are there in one frame at more than 30 % of full size and not at all in the next, or the other
