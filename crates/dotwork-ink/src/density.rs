@@ -107,6 +107,26 @@ impl DensityTable {
         DensityTable { spacing, density }
     }
 
+    /// The table of an endless bake, of which `baked` holds every stipple of at least the radius `complete`: what comes
+    /// after, down to `last`, is like what was before, half as dense at √2 times the spacing. (So it is to within 0.5 %
+    /// where the stock has some 60,000 stipples on a smooth surface, 2 % on a very folded one.)
+    pub fn extended(baked: &Baked, arrival: Arrival, complete: f32, last: f32) -> DensityTable {
+        let mut table = DensityTable::new(baked, arrival);
+        let known = table.spacing.partition_point(|&d| d >= complete).max(2).min(table.spacing.len());
+        table.spacing.truncate(known);
+        table.density.truncate(known);
+        let Some(&[before, end]) = table.spacing.last_chunk::<2>() else { return table };
+        let step = f64::from(end) / f64::from(before);
+        let mut spacing = f64::from(end);
+        while spacing > f64::from(last) && step < 1.0 {
+            spacing *= step;
+            let density = 2.0 * table.density((spacing * std::f64::consts::SQRT_2) as f32);
+            table.spacing.push(spacing as f32);
+            table.density.push(density.max(table.max_density()));
+        }
+        table
+    }
+
     /// The density at the end of the stock, per object unit squared.
     pub fn max_density(&self) -> f64 {
         self.density.last().copied().unwrap_or(0.0)
@@ -193,6 +213,23 @@ mod tests {
         }
         assert_eq!(table.max_density(), 2500.0);
         assert_eq!(table.density(table.spacing(1e9)), 2500.0);
+    }
+
+    #[test]
+    fn an_endless_table_goes_on_as_a_larger_bake_does() {
+        let (small, large) = (baked(4000), baked(200_000));
+        let arrival = Arrival { fade: Fade::Size, width: 0.15, min: 0.0 };
+        let complete = small.radius[3999];
+        let (extended, whole) = (
+            DensityTable::extended(&small, arrival, complete, 0.25 * complete),
+            DensityTable::new(&large, arrival),
+        );
+        for d in [4.0, 1.5, 1.0, 0.9, 0.6, 0.45, 0.3, 0.25] {
+            let (a, b) = (extended.density(d * complete), whole.density(d * complete));
+            assert!((a / b - 1.0).abs() < 0.01, "{d}: {a} {b}");
+            let back = extended.spacing(a);
+            assert!((back / (d * complete) - 1.0).abs() < 0.01);
+        }
     }
 
     #[test]

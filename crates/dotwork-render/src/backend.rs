@@ -163,6 +163,24 @@ impl CpuBackend {
     }
 }
 
+impl CpuBackend {
+    /// Whether any place of a subject may ask for more than its stock has.
+    pub fn may_lack(&self, frame: &Frame, subject: usize) -> bool {
+        let Subject { plan, style, .. } = frame.subjects[subject];
+        let by_stipples = style.dots && !plan.by_elements();
+        by_stipples && !plan.suffices(selector(frame, subject, &self.hiding).densest())
+    }
+
+    /// The spacing that the place of each of a subject's stipples asks for, object units of its bake; infinite where it is
+    /// not seen. A place off the page by less than two distances of the radius `around` counts as seen.
+    pub fn spacings(&mut self, frame: &Frame, subject: usize, around: f32) -> Vec<f32> {
+        self.hiding.draw(frame);
+        let selector = selector(frame, subject, &self.hiding);
+        let stipples = 0..frame.subjects[subject].stock.len();
+        stipples.into_par_iter().with_min_len(256).map(|i| selector.spacing_asked(i, around)).collect()
+    }
+}
+
 /// What chooses the dots of object `k`.
 fn selector<'a>(frame: &'a Frame, k: usize, hiding: &'a Hiding) -> Selector<'a> {
     let Subject { mesh, stock, style, plan, .. } = frame.subjects[k];

@@ -7,7 +7,15 @@ use dotwork_ink::{
 };
 use rayon::prelude::*;
 
+/// The density at which each of the stipples with these radii is drawn first.
+fn appearances(table: &DensityTable, arrival: Arrival, radii: &[f32]) -> Vec<f32> {
+    let late = if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
+    // A hair early: the exact test follows.
+    radii.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect()
+}
+
 /// The tables that turn a place's tone into a decision, for one stock, style and page.
+#[derive(Clone)]
 pub struct InkPlan {
     pub(crate) tone: Tone,
     pub(crate) coverage: Coverage,
@@ -30,6 +38,7 @@ pub struct InkPlan {
 }
 
 /// What the papers' factors need.
+#[derive(Clone)]
 pub(crate) struct Papers {
     pub tone: PapersTone,
     /// Where the stock has elements, their tone; each then has a count of its own.
@@ -45,6 +54,7 @@ pub(crate) struct Papers {
 }
 
 /// Density to spacing, tabulated on the bits of the density: 64 linear pieces for each factor of two.
+#[derive(Clone)]
 pub(crate) struct Spacing {
     /// Bits of the first tabulated density, shifted.
     first: u32,
@@ -55,10 +65,10 @@ impl Spacing {
     /// Mantissa bits below a table step.
     const SHIFT: u32 = 23 - 6;
 
-    fn new(table: &DensityTable) -> Spacing {
-        // Twenty octaves up to the end of the stock; sparser tones than that draw nothing.
+    fn new(table: &DensityTable, octaves: u32) -> Spacing {
+        // So many octaves up to the end of the stock; sparser tones than that draw nothing.
         let last = ((table.max_density() * 1.02) as f32).max(f32::MIN_POSITIVE).to_bits() >> Self::SHIFT;
-        let first = last.saturating_sub(20 << 6);
+        let first = last.saturating_sub(octaves << 6);
         let spacing = (first..=last + 1)
             .into_par_iter()
             .map(|key| table.spacing(f64::from(f32::from_bits(key << Self::SHIFT))))
@@ -81,9 +91,36 @@ impl Spacing {
 
 const FORESHORTENING_STEPS: usize = 1024;
 
+/// Octaves of density that a stock is asked for.
+const OCTAVES: u32 = 20;
+
 impl InkPlan {
     /// Works out the tables.
     pub fn new(stock: &Stock, style: &Style, page: &Page) -> InkPlan {
+        InkPlan::planned(stock, style, page, DensityTable::new(&stock.baked, Arrival::of(style)), OCTAVES)
+    }
+
+    /// The tables of an endless stock: `stock` holds every stipple of at least the radius `complete`, object units, and
+    /// those down to `last` can be had.
+    pub fn endless(stock: &Stock, style: &Style, page: &Page, complete: f32, last: f32) -> InkPlan {
+        let table = DensityTable::extended(&stock.baked, Arrival::of(style), complete, last);
+        let more = 2.0 * (complete / last).max(1.0).log2().ceil();
+        InkPlan::planned(stock, style, page, table, OCTAVES + more as u32)
+    }
+
+    /// The same plan for a stock with further stipples of these radii, falling, at its end.
+    pub fn with(&self, radii: &[f32]) -> InkPlan {
+        let mut plan = self.clone();
+        plan.appears.extend(appearances(&self.table, self.arrival, radii));
+        plan
+    }
+
+    /// The spacing that a density in the bake asks for, object units.
+    pub(crate) fn spacing_of(&self, density: f32) -> f32 {
+        self.spacing.at(density)
+    }
+
+    fn planned(stock: &Stock, style: &Style, page: &Page, table: DensityTable, octaves: u32) -> InkPlan {
         let arrival = Arrival::of(style);
         let coverage = Coverage::new(style);
         let papers = style.factors == Factors::Papers;
@@ -91,15 +128,9 @@ impl InkPlan {
         // The largest dot is the full size.
         let sized = style.size_max.0.filter(|_| elements.is_some());
         let dot_radius = 0.5 * sized.unwrap_or(style.dot_size).to_px(page);
-        let table = DensityTable::new(&stock.baked, arrival);
-        let late =
-            if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
-        // A hair early: the exact test follows.
         let appears = match elements {
             Some(_) => Vec::new(),
-            None => {
-                stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect()
-            }
+            None => appearances(&table, arrival, &stock.baked.radius),
         };
         let papers = papers.then(|| Papers {
             tone: PapersTone::new(style),
@@ -113,7 +144,7 @@ impl InkPlan {
         InkPlan {
             tone: Tone::new(style),
             coverage,
-            spacing: Spacing::new(&table),
+            spacing: Spacing::new(&table, octaves),
             table,
             arrival,
             appears,
@@ -125,6 +156,11 @@ impl InkPlan {
             papers,
             colors: ColorTable::new(style),
         }
+    }
+
+    /// True if no place can ask for more than the stock has, however dark.
+    pub(crate) fn suffices(&self, densest: f32) -> bool {
+        f64::from(densest) <= self.table.max_density()
     }
 
     /// True if each element of the stock has a count of its own.

@@ -274,6 +274,29 @@ impl<'a> Selector<'a> {
         self.see(i).filter(|seen| !self.hidden(i, &seen.at))
     }
 
+    /// The spacing that the place of stipple `i` asks for, object units of the bake: infinite where it faces away, lies off
+    /// the page by more than the distance between two stipples of the radius `around`, or is hidden.
+    pub fn spacing_asked(&self, i: usize, around: f32) -> f32 {
+        let at = self.project(self.stock.position.at(i), self.stock.facet.at(i));
+        let margin = 2.0 * around * at.scale;
+        let facing = if self.one_sided { at.cosine } else { at.cosine.abs() };
+        let (right, bottom) = (self.page.width as f32 + margin, self.page.height as f32 + margin);
+        let near = (at.scale > 0.0) & (at.x >= -margin) & (at.y >= -margin) & (at.x <= right) & (at.y <= bottom);
+        // Round a stipple that faces away a little there may be some that do not.
+        if !near || facing < self.min_cosine.min(0.0) - 0.2 {
+            return f32::INFINITY;
+        }
+        let facing = Projected { cosine: at.cosine.abs().max(self.min_cosine).copysign(at.cosine), ..at };
+        let seen = match self.plan.papers {
+            None => self.light_up::<false>(i, facing),
+            Some(_) => self.light_up::<true>(i, facing),
+        };
+        if seen.ink <= 0.0 || (self.in_view(&at) && self.hidden(i, &at)) {
+            return f32::INFINITY;
+        }
+        self.plan.spacing_of(self.demand(i, &seen))
+    }
+
     /// Area of the page that the place of stipple `i` stands for, relative to other places of the stock.
     pub fn page_weight(&self, i: usize, seen: &Seen) -> f64 {
         f64::from(self.stock.baked_density(i, seen.at.cosine * seen.at.scale * seen.at.scale))

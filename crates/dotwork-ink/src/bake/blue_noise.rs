@@ -15,14 +15,16 @@
 //! Cost: about 12 candidates for each point, each compared with the points around it; memory about
 //! 100 bytes a point at the last stage.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dotwork_drawing::hash::{hash2, unit};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::buckets::{BLOCK_CELLS, Grid, Site, Starts};
 use crate::stock::Baked;
-use crate::surface::{StageDraw, Surface};
+use crate::surface::{StageDraw, Surface, hash_of};
 
 /// Distances fall by this factor from stage to stage.
 const STAGE_FACTOR: f64 = std::f64::consts::SQRT_2;
@@ -73,20 +75,20 @@ struct Candidate {
     site: Site,
     /// Squared distance to the nearest point so far, as ordered bits.
     d2: f32,
-    index: u32,
+    index: u64,
     element: u32,
     weights: [f32; 2],
 }
 
 /// The points accepted so far, in structure-of-arrays form.
 #[derive(Default)]
-struct Accepted {
-    site: Vec<Site>,
-    radius: Vec<f32>,
-    /// Stage in the high word, candidate in the low one.
-    id: Vec<u64>,
-    element: Vec<u32>,
-    weights: Vec<[f32; 2]>,
+pub(super) struct Accepted {
+    pub site: Vec<Site>,
+    pub radius: Vec<f32>,
+    /// What [`id_of`] makes of stage and candidate.
+    pub id: Vec<u64>,
+    pub element: Vec<u32>,
+    pub weights: Vec<[f32; 2]>,
 }
 
 impl Accepted {
@@ -108,39 +110,53 @@ struct Looseness {
 
 impl Looseness {
     /// Factor on the radius of candidate `index`, at most 1.
-    fn factor(&self, index: u32) -> f32 {
-        1.0 - self.spread * unit(hash2(index, self.seed))
+    fn factor(&self, index: u64) -> f32 {
+        1.0 - self.spread * unit(hash_of(index, self.seed))
     }
 }
 
 /// The stage's numbers.
-struct Stage {
+pub(super) struct Stage {
     number: u32,
-    draw: StageDraw,
+    pub draw: StageDraw,
     /// Last distance.
-    t1: f32,
+    pub t1: f32,
     grid: Grid,
     looseness: Looseness,
     /// Distances are compared up to this.
-    reach: f32,
+    pub reach: f32,
 }
 
 /// The distance at which stage `number` begins; it ends where the next one begins.
-fn first_distance(area: f64, number: u32) -> f64 {
+pub(super) fn first_distance(area: f64, number: u32) -> f64 {
     FIRST_DISTANCE * area.sqrt() / STAGE_FACTOR.powi(number as i32)
 }
 
 /// The largest distance that stage `number` tells apart from larger ones, and so its points' largest radius.
-fn reach(area: f64, number: u32) -> f32 {
+pub(super) fn reach(area: f64, number: u32) -> f32 {
     CLAMP * first_distance(area, number) as f32
 }
 
+/// Stages of [`MAX_STIPPLES`], and as many candidates as an id can tell apart.
+const MAX_INDEX: u64 = 1 << 34;
+
+/// A stipple's id, below 2³⁸: the stage in its high bits, the candidate in its low 32. From stage 28 on, where there are
+/// more candidates than that, both ones at its top and the stage in the two bits below them.
+fn id_of(stage: u32, index: u64) -> u64 {
+    if index < 1 << 32 { u64::from(stage) << 32 | index } else { 3 << 36 | u64::from(stage & 3) << 34 | index }
+}
+
+/// How much a point's radius may fall short of its distance, as a share.
+pub(super) fn spread(regularity: f32) -> f32 {
+    (1.0 - LOOSEST) * (1.0 - regularity.clamp(0.0, 1.0))
+}
+
 impl Stage {
-    fn new(surface: &impl Surface, settings: &BakeSettings, number: u32, earlier: usize) -> Stage {
+    pub fn new(surface: &impl Surface, settings: &BakeSettings, number: u32, earlier: usize) -> Stage {
         let area = surface.area();
         let t1 = first_distance(area, number + 1);
-        let count = (CANDIDATES * area / (t1 * t1)).max(MIN_CANDIDATES).min(f64::from(u32::MAX / 2)) as u32;
-        let spread = (1.0 - LOOSEST) * (1.0 - settings.regularity.clamp(0.0, 1.0));
+        let count = (CANDIDATES * area / (t1 * t1)).max(MIN_CANDIDATES).min(MAX_INDEX as f64) as u64;
+        let spread = spread(settings.regularity);
         let reach = reach(area, number);
         Stage {
             number,
@@ -168,7 +184,7 @@ pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress:
         let complete = reach(area, number + 1);
         let end = predict_end(&points.radius, wanted).filter(|&end| end > complete);
         let before = points.site.len();
-        run_stage(surface, &stage, end.unwrap_or(0.0).max(stage.t1), &mut points);
+        run_stage(surface, &stage, end.unwrap_or(0.0).max(stage.t1), &everywhere(&stage), &mut points);
         number += 1;
         if let Some(end) = end {
             if points.radius.iter().filter(|&&r| r >= end).count() >= wanted {
@@ -176,7 +192,7 @@ pub fn blue_noise(surface: &impl Surface, settings: &BakeSettings, mut progress:
             }
             // The prediction fell short, which the count's ripple makes rare: run the stage to its own end.
             points.truncate(before);
-            run_stage(surface, &stage, stage.t1, &mut points);
+            run_stage(surface, &stage, stage.t1, &everywhere(&stage), &mut points);
         }
         if points.radius.iter().filter(|&&r| r > complete).count() >= wanted {
             break;
@@ -199,9 +215,36 @@ fn predict_end(radii: &[f32], wanted: usize) -> Option<f32> {
     Some(0.99 * r / STAGE_FACTOR as f32)
 }
 
-/// Accepts this stage's points down to distance `end`.
-fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accepted) {
-    let candidates = draw_candidates(surface, stage, end, points);
+/// Which candidates of a stage are drawn.
+pub(super) struct Part {
+    /// In chunks, rising.
+    pub ranges: Vec<Range<u64>>,
+    /// Of these, those between two corners.
+    pub corners: [Vec3; 2],
+}
+
+/// Candidates that a task looks at.
+const CHUNK: u64 = 1 << 14;
+
+/// All candidates of a stage.
+fn everywhere(stage: &Stage) -> Part {
+    Part { ranges: chunks(0..stage.draw.count).collect(), corners: [Vec3::NEG_INFINITY, Vec3::INFINITY] }
+}
+
+pub(super) fn chunks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+    let end = range.end;
+    range.step_by(CHUNK as usize).map(move |from| from..(from + CHUNK).min(end))
+}
+
+/// Accepts this stage's points down to distance `end`, after the `points` of earlier stages.
+pub(super) fn run_stage(
+    surface: &impl Surface,
+    stage: &Stage,
+    end: f32,
+    part: &Part,
+    points: &mut Accepted,
+) {
+    let candidates = draw_candidates(surface, stage, end, part, points);
     let grid = Grid::new(surface.min_corner(), stage.reach, candidates.len());
     let buckets: Vec<u32> = candidates.par_iter().map(|c| grid.bucket(grid.cell(c.site.position))).collect();
     let (starts, places) = Starts::sort(&grid, &buckets);
@@ -240,7 +283,7 @@ fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accep
                 points.site.push(c.site);
                 let distance = f32::from_bits(d2[a as usize].load(Relaxed)).sqrt();
                 points.radius.push(distance * stage.looseness.factor(c.index));
-                points.id.push(u64::from(stage.number) << 32 | u64::from(c.index));
+                points.id.push(id_of(stage.number, c.index));
                 points.element.push(c.element);
                 points.weights.push(c.weights);
             }
@@ -255,7 +298,13 @@ fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, points: &mut Accep
 }
 
 /// Draws the stage's candidates and keeps those at least `end` away from all earlier points, with their distance.
-fn draw_candidates(surface: &impl Surface, stage: &Stage, end: f32, points: &Accepted) -> Vec<Candidate> {
+fn draw_candidates(
+    surface: &impl Surface,
+    stage: &Stage,
+    end: f32,
+    part: &Part,
+    points: &Accepted,
+) -> Vec<Candidate> {
     let grid = &stage.grid;
     let buckets: Vec<u32> = points.site.par_iter().map(|s| grid.bucket(grid.cell(s.position))).collect();
     let (starts, places) = Starts::sort(grid, &buckets);
@@ -265,17 +314,20 @@ fn draw_candidates(surface: &impl Surface, stage: &Stage, end: f32, points: &Acc
     }
     let reach2 = stage.reach * stage.reach;
     let end2 = end * end;
-    const CHUNK: u32 = 1 << 14;
-    let chunks: Vec<Vec<Candidate>> = (0..stage.draw.count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let mut kept = Vec::with_capacity(CHUNK as usize / 3);
+    let [low, high] = part.corners;
+    let chunks: Vec<Vec<Candidate>> = part
+        .ranges
+        .par_iter()
+        .map(|range| {
+            let mut kept = Vec::with_capacity((range.end - range.start) as usize / 3);
             // Candidates follow each other in space along a winding path: the points around the cells met lately are
             // kept at hand, one cell for each place inside a block.
             let mut near: [(Vec<Site>, [i32; 3]); BLOCK_CELLS as usize] =
                 std::array::from_fn(|_| (Vec::new(), [i32::MIN; 3]));
-            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(stage.draw.count);
-            surface.visit(stage.draw, range, &mut |index, place| {
+            surface.visit(stage.draw, range.clone(), &mut |index, place| {
+                if !(place.position.cmpge(low).all() && place.position.cmple(high).all()) {
+                    return;
+                }
                 let site = Site::new(place.position, place.normal);
                 let cell = grid.cell(site.position);
                 let (near, near_cell) = &mut near[Grid::inside(cell) as usize];
@@ -332,7 +384,7 @@ impl Search<'_> {
 
     #[inline(always)]
     fn tie(&self, i: usize) -> u32 {
-        hash2(self.candidates[i].index, self.stage.draw.seed)
+        hash_of(self.candidates[i].index, self.stage.draw.seed)
     }
 
     /// The highest-ranking candidate of a bucket that may still be accepted.
@@ -420,7 +472,6 @@ mod tests {
     use crate::surface::MeshSurface;
     use dotwork_drawing::Warnings;
     use dotwork_mesh::{Mesh, MeshOptions, RawMesh, shapes};
-    use glam::Vec3;
 
     fn mesh(raw: RawMesh) -> Mesh {
         Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new()).unwrap()

@@ -6,13 +6,14 @@ pub use mesh::MeshSurface;
 
 use std::ops::Range;
 
+use dotwork_drawing::hash::hash2;
 use glam::Vec3;
 
 /// One stage of a bake: how many candidates it has and the seed of its random stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StageDraw {
     /// Number of candidates of the whole surface at this stage.
-    pub count: u32,
+    pub count: u64,
     /// Seed of the stage's stream; differs from stage to stage.
     pub seed: u32,
 }
@@ -43,5 +44,15 @@ pub trait Surface: Sync {
     fn min_corner(&self) -> Vec3;
 
     /// Calls `sink(index, place)` for every candidate in `range`, in order.
-    fn visit(&self, draw: StageDraw, range: Range<u32>, sink: &mut impl FnMut(u32, Place));
+    fn visit(&self, draw: StageDraw, range: Range<u64>, sink: &mut impl FnMut(u64, Place));
+
+    /// Ranges of candidates, rising, with all those that lie in the box between two corners, and few others.
+    fn ranges_near(&self, draw: StageDraw, corners: [Vec3; 2]) -> Vec<Range<u64>>;
+}
+
+/// A hash of candidate `index` within a stream: below 2³², where nearly all are, of two integers.
+#[inline(always)]
+pub(crate) fn hash_of(index: u64, stream: u32) -> u32 {
+    let high = (index >> 32) as u32;
+    hash2(index as u32, if high == 0 { stream } else { hash2(high, stream) })
 }
