@@ -98,8 +98,7 @@ fn frames(
     let missing = |n: &u32| !args.resume || !is_there(&path.of(*n), film, scene, *n);
     // Of frames that hold one drawing the first stands for all.
     let all: Vec<u32> = film.frames().filter(|&n| film.shown(n) == n).collect();
-    let wanted: Vec<u32> =
-        all.into_iter().filter(|&n| film.held(n).any(|held| missing(&held))).collect();
+    let wanted: Vec<u32> = all.into_iter().filter(|&n| film.held(n).any(|held| missing(&held))).collect();
     let mut failed = None;
     let mut drawn = 0;
     let result = report.progress("frames", |progress| {
@@ -165,8 +164,8 @@ fn warn_of_exhaustion(film: &Film, scene: &Scene, report: &mut Report) {
 /// Where the film goes, checked against the other options.
 fn film_path(args: &AnimateArgs) -> Result<FilmPath, Failure> {
     let usage = |text: &str| Failure::Usage(text.into());
-    let mut path =
-        FilmPath::parse(&args.output).map_err(|e| Failure::Usage(format!("{}: {e}", args.output.display())))?;
+    let mut path = FilmPath::parse(&args.output)
+        .map_err(|e| Failure::Usage(format!("{}: {e}", args.output.display())))?;
     match (path.format, args.csv) {
         (FilmFormat::Csv, Some(CsvColumns::Full)) => path.format = FilmFormat::CsvFull,
         (FilmFormat::Csv, _) | (_, None) => {}

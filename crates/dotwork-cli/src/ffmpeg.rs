@@ -18,7 +18,8 @@ pub struct Ffmpeg(());
 impl Ffmpeg {
     /// Looks for ffmpeg before the long work.
     pub fn find() -> Result<Ffmpeg, Failure> {
-        let found = Command::new(PROGRAM).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let found =
+            Command::new(PROGRAM).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
         match found {
             Ok(status) if status.success() => Ok(Ffmpeg(())),
             _ => Err(Failure::Run(
@@ -51,7 +52,14 @@ impl Ffmpeg {
         let mut command = Command::new(PROGRAM);
         command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format"]);
         command.arg(if clear { "rgba" } else { "rgb24" });
-        command.args(["-video_size", &format!("{width}x{height}"), "-framerate", &fps.to_string(), "-i", "-"]);
+        command.args([
+            "-video_size",
+            &format!("{width}x{height}"),
+            "-framerate",
+            &fps.to_string(),
+            "-i",
+            "-",
+        ]);
         if format == FilmFormat::Mp4 {
             // Its colours are sampled at every other pixel: odd sides get one more.
             let even = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white";

@@ -29,6 +29,7 @@ pub fn run(args: &RenderArgs, report: &mut Report) -> Result<(), Failure> {
     let mut artist = Artist::new();
     let drawn = artist.draw(&scene);
     let lacking = artist.exhausted(&scene);
+    let scene = artist.as_drawn(&scene);
     let mut warnings = Warnings::new();
     let (drawing, travel) = prepare(drawn, format, &scene, &mut warnings);
     output::write(&args.output, |w| encode_drawing(w, format, args.alpha, &drawing, &scene, &mut warnings))?;

@@ -53,7 +53,10 @@ pub fn write_tiff<W: Write>(
     let RasterView { width, height, .. } = *raster;
     let (samples, bytes) = raster.samples()?;
     if samples > 3 {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "a TIFF of transparent pixels is not written"));
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "a TIFF of transparent pixels is not written",
+        ));
     }
     let row_bytes = width as usize * samples;
     let strips = Strips::new(bytes, row_bytes, |rows| {

@@ -186,6 +186,35 @@ impl Stock {
         Stock { stretch, ..Stock::on_mesh(self.baked.clone(), mesh) }
     }
 
+    /// This stock with `more` stipples at its end, which lie on the same surface in the same pose and have smaller radii.
+    pub fn with(&self, more: &Stock) -> Stock {
+        fn joined<T: Clone>(a: &[T], b: &[T]) -> Vec<T> {
+            [a, b].concat()
+        }
+        let vectors = |a: &Vectors, b: &Vectors| Vectors {
+            x: joined(&a.x, &b.x),
+            y: joined(&a.y, &b.y),
+            z: joined(&a.z, &b.z),
+        };
+        let (a, b) = (&self.baked, &more.baked);
+        let baked = Baked {
+            radius: joined(&a.radius, &b.radius),
+            id: joined(&a.id, &b.id),
+            element: joined(&a.element, &b.element),
+            weights: joined(&a.weights, &b.weights),
+            area: a.area,
+        };
+        Stock {
+            baked: Arc::new(baked),
+            position: vectors(&self.position, &more.position),
+            normal: vectors(&self.normal, &more.normal),
+            facet: vectors(&self.facet, &more.facet),
+            own: joined(&self.own, &more.own),
+            elements: None,
+            stretch: joined(&self.stretch, &more.stretch),
+        }
+    }
+
     /// The density in the bake, for each area as it was then, of a density on the surface as it is around stipple `i`.
     #[inline(always)]
     pub fn baked_density(&self, i: usize, density: f32) -> f32 {

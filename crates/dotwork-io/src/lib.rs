@@ -68,7 +68,8 @@ mod write;
 pub use checksum::checksum;
 pub use error::{Place, ReadError, ReadErrorKind};
 pub use file::{
-    Model, mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked, read_model, read_regular_file,
+    Model, mesh_facts, read_file, read_mesh, read_mesh_bytes, read_mesh_checked, read_model,
+    read_regular_file,
 };
 pub use format::{MeshFormat, mesh_format_name, mesh_format_of, mesh_formats};
 pub use write::{write_obj, write_ply};

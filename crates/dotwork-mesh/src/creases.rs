@@ -7,8 +7,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::topology::NONE;
 use crate::motion::Fans;
+use crate::topology::NONE;
 use crate::{Mesh, normals};
 
 /// Sharp edges of a mesh, and the normals that fall apart there.

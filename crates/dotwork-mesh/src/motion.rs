@@ -103,7 +103,10 @@ impl MovingMesh {
     ///
     /// # Panics
     /// As there.
-    pub fn places<'a>(&'a self, positions: &'a [[f32; 3]]) -> impl ExactSizeIterator<Item = Vec3> + Clone + 'a {
+    pub fn places<'a>(
+        &'a self,
+        positions: &'a [[f32; 3]],
+    ) -> impl ExactSizeIterator<Item = Vec3> + Clone + 'a {
         self.sources.iter().zip(&self.reference.positions).map(|(&source, &rest)| {
             let p = Vec3::from_array(positions[source as usize]);
             if p.is_finite() { p } else { rest }

@@ -138,14 +138,15 @@ impl CpuBackend {
     /// The number of stipples that a subject's stock needs for this frame, judged from the stock it has: all but a
     /// thousandth of its visible page area then finds the dots its tone asks for. A stock that has lists for elements
     /// needs what it has.
-    pub fn stipples_needed(&mut self, frame: &Frame, subject: usize) -> usize {
+    pub fn stipples_needed(&mut self, frame: &Frame, subject: usize) -> Needed {
         if frame.subjects[subject].plan.by_elements() || !frame.subjects[subject].style.dots {
-            return frame.subjects[subject].stock.len();
+            return Needed { stipples: frame.subjects[subject].stock.len(), seen: 1.0 };
         }
         self.hiding.draw(frame);
         let selector = selector(frame, subject, &self.hiding);
         let Subject { stock, plan, .. } = frame.subjects[subject];
-        let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
+        let sample = stock.len().min(SAMPLE);
+        let mut demands: Vec<(f64, f64)> = (0..sample)
             .into_par_iter()
             .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
             .map(|(i, seen)| (f64::from(selector.demand(i, &seen)), selector.page_weight(i, &seen)))
@@ -159,8 +160,18 @@ impl CpuBackend {
         });
         // A stock's own last dots arrive over the width of the fade: that much is kept in hand.
         let late = f64::from(1.0 + plan.arrival.width);
-        densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize)
+        let stipples = densest.map_or(0, |d| (d.0 * stock.baked.area * late).ceil() as usize);
+        Needed { stipples, seen: demands.len() as f64 / sample.max(1) as f64 }
     }
+}
+
+/// What a frame needs of a stock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Needed {
+    /// So many stipples on the whole of the surface.
+    pub stipples: usize,
+    /// The share of the surface, 0…1, on which some of them are seen.
+    pub seen: f64,
 }
 
 impl CpuBackend {

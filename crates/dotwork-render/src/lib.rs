@@ -22,7 +22,7 @@ mod same;
 mod select;
 mod veil;
 
-pub use backend::{CpuBackend, Frame, Subject};
+pub use backend::{CpuBackend, Frame, Needed, Subject};
 pub use depth::DepthBuffer;
 pub use plan::InkPlan;
 pub use raster::{Raster, Rasterizer};

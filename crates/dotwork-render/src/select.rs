@@ -281,7 +281,8 @@ impl<'a> Selector<'a> {
         let margin = 2.0 * around * at.scale;
         let facing = if self.one_sided { at.cosine } else { at.cosine.abs() };
         let (right, bottom) = (self.page.width as f32 + margin, self.page.height as f32 + margin);
-        let near = (at.scale > 0.0) & (at.x >= -margin) & (at.y >= -margin) & (at.x <= right) & (at.y <= bottom);
+        let near =
+            (at.scale > 0.0) & (at.x >= -margin) & (at.y >= -margin) & (at.x <= right) & (at.y <= bottom);
         // Round a stipple that faces away a little there may be some that do not.
         if !near || facing < self.min_cosine.min(0.0) - 0.2 {
             return f32::INFINITY;

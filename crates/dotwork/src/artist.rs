@@ -6,9 +6,10 @@ use dotwork_drawing::{Color, Drawing, Layer, Page, View};
 use dotwork_ink::lines::SurfaceLines;
 use dotwork_ink::{Stock, Style};
 use dotwork_mesh::Mesh;
-use dotwork_render::{CpuBackend, Frame, InkPlan, Subject};
+use dotwork_render::{CpuBackend, Frame, InkPlan, Needed, Subject};
 use glam::Vec3;
 
+use crate::endless::Added;
 use crate::scene::{Object, Scene};
 
 /// Name of the layer with the scale bar.
@@ -38,6 +39,8 @@ struct Planned {
     lines: Arc<SurfaceLines>,
     /// That pose.
     pose: Arc<Mesh>,
+    /// What was added to the stock for this view.
+    added: Added,
 }
 
 impl Planned {
@@ -73,6 +76,7 @@ impl Planned {
             edges,
             lines,
             pose: object.mesh.clone(),
+            added: Added::default(),
         }
     }
 
@@ -144,12 +148,37 @@ impl Artist {
         // The paper is one for all: the first object's style knows it.
         drawing.paper = scene.objects.first().map_or(Color::WHITE, |o| o.style.paper);
         self.plan(scene);
+        self.refine(scene);
         let seen = see(scene, &self.plans);
         self.backend.frame(&seen.frame(), drawing);
         if let Ok(Some(strokes)) = scene.scale_bar_strokes() {
             let color = scene.objects.first().map_or(Color::BLACK, |o| o.style.color);
             drawing.layers.push(Layer { object: SCALE_BAR.into(), color, strokes, ..Layer::default() });
         }
+    }
+
+    /// Adds stipples where the view asks for more than there are.
+    fn refine(&mut self, scene: &Scene) {
+        let baked: Vec<&Object> = scene.objects.iter().filter(|o| o.stock.is_some()).collect();
+        for (k, object) in baked.into_iter().enumerate() {
+            let mut added = std::mem::take(&mut self.plans[k].added);
+            let Planned { stock, plan, .. } = &self.plans[k];
+            let (stock, plan) = (stock.clone(), plan.clone());
+            let seen = see(scene, &self.plans);
+            added.update(&mut self.backend, &seen.frame(), k, object, &stock, &plan);
+            self.plans[k].added = added;
+        }
+    }
+
+    /// The scene with the very stipples that it was last drawn with: those that were added for the view are in
+    /// [`Object::shown`]. Call it after [`Artist::draw`] of the same scene.
+    pub fn as_drawn(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        let baked = scene.objects.iter_mut().filter(|o| o.stock.is_some());
+        for (object, planned) in baked.zip(&self.plans) {
+            object.shown = planned.added.full.as_ref().map(|(stock, _)| stock.clone());
+        }
+        scene
     }
 
     /// The share of the objects' page area, 0…1, whose tone the stock is too sparse for. Call it after
@@ -160,7 +189,7 @@ impl Artist {
     }
 
     /// How many stipples object `k` needs for this view, judged from the stock it has.
-    pub(crate) fn stipples_needed(&mut self, scene: &Scene, k: usize) -> usize {
+    pub(crate) fn stipples_needed(&mut self, scene: &Scene, k: usize) -> Needed {
         self.plan(scene);
         let seen = see(scene, &self.plans);
         // Subjects are the baked objects in order.
@@ -174,9 +203,12 @@ impl Artist {
         for object in &scene.objects {
             let Some(stock) = &object.stock else { continue };
             if !self.plans.get(count).is_some_and(|p| p.holds(object, stock, &scene.page)) {
-                let planned = Planned::new(object, stock, &scene.page, self.plans.get(count));
+                let mut planned = Planned::new(object, stock, &scene.page, self.plans.get(count));
                 match self.plans.get_mut(count) {
-                    Some(old) => *old = planned,
+                    Some(old) => {
+                        std::mem::swap(&mut planned.added, &mut old.added);
+                        *old = planned;
+                    }
                     None => self.plans.push(planned),
                 }
             }
@@ -199,9 +231,9 @@ fn see<'a>(scene: &'a Scene, plans: &'a [Planned]) -> Seen<'a> {
             mesh: &object.mesh,
             lines: &planned.lines,
             curves: object.curves.as_ref().filter(|_| object.draws_curves()),
-            stock: &planned.stock,
+            stock: planned.added.full.as_ref().map_or(&planned.stock, |full| &full.0),
             style: &planned.style,
-            plan: &planned.plan,
+            plan: planned.added.full.as_ref().map_or(&planned.plan, |full| &full.1),
         })
         .collect();
     Seen { subjects, view, light, page: &scene.page }

@@ -98,9 +98,11 @@ impl Film {
         };
         let moves = playing || options.turntable.is_some() || !scene.timeline.is_empty() || camera.is_some();
         if !moves && options.frames.is_none() {
-            return Err("nothing moves: no input has an animation, and neither --turntable nor keys of camera or \
+            return Err(
+                "nothing moves: no input has an animation, and neither --turntable nor keys of camera or \
                         light in a scene file are given"
-                .into());
+                    .into(),
+            );
         }
         let frames = options.frames.clone().unwrap_or(0..all);
         if frames.is_empty() || frames.end > MAX_FRAMES {

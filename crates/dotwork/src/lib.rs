@@ -63,12 +63,13 @@ mod artist;
 mod curves;
 #[cfg(feature = "files")]
 mod dots_file;
+mod endless;
 #[cfg(feature = "files")]
 mod files;
-#[cfg(feature = "files")]
-mod palette_file;
 mod film;
 mod moving;
+#[cfg(feature = "files")]
+mod palette_file;
 mod placement;
 mod scale_bar;
 mod scene;
@@ -86,13 +87,14 @@ pub use artist::{Artist, SCALE_BAR};
 pub use dots_file::{Described, encode_dots, save_dots, settings_text};
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, FilmFormat, FilmPath, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Outlook, Plate, Stage, VolumeInput,
-    Watch, draw_film, encode_drawing, encode_film, encode_frames, load, load_with, open, prepare, rasterize, write_drawing,
+    FileError, FilmFormat, FilmPath, Format, LoadOptions, Loaded, Look, Meaning, MeshFile, Outlook, Plate,
+    Stage, VolumeInput, Watch, draw_film, encode_drawing, encode_film, encode_frames, load, load_with, open,
+    prepare, rasterize, write_drawing,
 };
-#[cfg(feature = "files")]
-pub use palette_file::{PaletteError, resolve_palette};
 pub use film::{Film, FilmOptions, MAX_FRAMES};
 pub use moving::{Density, Moving, Pose};
+#[cfg(feature = "files")]
+pub use palette_file::{PaletteError, resolve_palette};
 pub use placement::Placement;
 pub use scale_bar::ScaleBar;
 pub use scene::{MAX_AUTO_STIPPLES, Object, Scene, Source, Stipples, World, ZOOM};

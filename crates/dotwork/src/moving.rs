@@ -207,6 +207,11 @@ impl Moving {
         (Arc::new(mesh), stock)
     }
 
+    /// How many times as large each triangle of the surface in a pose is as in the reference.
+    pub(crate) fn stretch(&self, posed: &Mesh) -> Vec<f32> {
+        self.mesh.stretch(posed)
+    }
+
     /// Lowest and highest corner of the surface at a time, object units; the farthest distance from `center` of any
     /// vertex if that is given.
     pub(crate) fn extent(&self, time: Option<f64>, center: Option<Vec3>) -> ([Vec3; 2], f32) {

@@ -10,11 +10,13 @@ use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
 use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
 use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, Motion, RawMesh};
+use dotwork_render::Needed;
 use dotwork_volume::{Space, Unit, Volume};
 use glam::{DVec3, Vec3};
 
 use crate::artist::Artist;
 use crate::curves;
+use crate::endless::Endless;
 use crate::moving::{Density, Moving, Pose};
 use crate::placement::Placement;
 use crate::scale_bar::ScaleBar;
@@ -30,6 +32,13 @@ pub const ZOOM: (f32, f32) = (1e-3, 1e6);
 /// An object farther from the first than this many of its own radii stays in its own coordinates: relative to the
 /// first one's origin, single precision would leave too few places across it.
 const FARTHEST: f64 = 1e5;
+
+/// Where a view needs more stipples than this, but on a small part of the surface only, [`Stipples::Auto`] bakes no more
+/// than [`SEEN_TIMES`] those that are seen, or this many.
+const ENOUGH_STIPPLES: usize = 150_000;
+
+/// See [`ENOUGH_STIPPLES`].
+const SEEN_TIMES: f64 = 4.0;
 
 /// Stipples of the first, small bake that tells how many are needed.
 const PILOT_STIPPLES: usize = 16_384;
@@ -125,6 +134,10 @@ pub struct Object {
     pub style: Style,
     /// Its stipples; `None` until baked.
     pub stock: Option<Arc<Stock>>,
+    /// The stipples that it was drawn with, where a view asked for more than it has; see [`Artist::as_drawn`].
+    pub shown: Option<Arc<Stock>>,
+    /// How its stipples can be continued; `None` until baked, and for stipples that cannot.
+    pub(crate) endless: Option<Endless>,
     /// The voxels of its silhouette curves; `None` until baked, and where its style or the lack of a volume asks for none.
     pub curves: Option<Arc<VoxelCurves>>,
 }
@@ -188,6 +201,8 @@ impl Object {
             whole: None,
             style,
             stock: None,
+            shown: None,
+            endless: None,
             curves: None,
         }
     }
@@ -369,15 +384,16 @@ impl Object {
             let ask =
                 voxels::Ask { origin: self.mesh.origin, iso, removed, style: &self.style, view, page, seed };
             if let Some(stock) = voxels::bake(volume, &ask, progress) {
-                self.stock = Some(Arc::new(stock));
+                (self.stock, self.endless) = (Some(Arc::new(stock)), None);
                 return;
             }
         }
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
         // What moves is baked in one pose, whatever pose it has.
         let surface = self.moving.as_ref().map_or(&self.mesh, |moving| moving.reference_mesh());
-        let baked = blue_noise(&MeshSurface::new(surface), &settings, progress);
+        let baked = blue_noise(&MeshSurface::new(&**surface), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
+        self.endless = Some(Endless::new(self.style.regularity, seed));
     }
 }
 
@@ -525,7 +541,11 @@ impl Scene {
                 let mut judge = |scene: &Scene| {
                     let mut artist = Artist::new();
                     for (needed, &k) in needed.iter_mut().zip(&by_count) {
-                        *needed = artist.stipples_needed(scene, k).clamp(*needed, MAX_AUTO_STIPPLES);
+                        let Needed { stipples, seen } = artist.stipples_needed(scene, k);
+                        // Where little of a surface is seen, more is made when it is drawn, and only there.
+                        let shown = (SEEN_TIMES * seen * stipples as f64) as usize;
+                        let baked = stipples.min(shown.max(ENOUGH_STIPPLES));
+                        *needed = baked.clamp(*needed, MAX_AUTO_STIPPLES);
                     }
                 };
                 if moments.is_empty() {

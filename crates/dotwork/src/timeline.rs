@@ -56,8 +56,7 @@ impl Track {
 
     /// The slope at key `k`: the harmonic mean of those on both sides, 0 at a turn; at the ends that of the one side.
     fn slope(&self, k: usize) -> f64 {
-        let between =
-            |i: usize| (self.values[i + 1] - self.values[i]) / (self.times[i + 1] - self.times[i]);
+        let between = |i: usize| (self.values[i + 1] - self.values[i]) / (self.times[i + 1] - self.times[i]);
         if k == 0 {
             return between(0);
         }

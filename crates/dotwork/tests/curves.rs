@@ -54,7 +54,7 @@ fn ids(scene: &Scene) -> HashSet<u64> {
 
 fn bytes(scene: &Scene, format: Format) -> Vec<u8> {
     let mut bytes = Vec::new();
-    encode_drawing(&mut bytes, format, &draw(scene), scene, &mut Warnings::new()).unwrap();
+    encode_drawing(&mut bytes, format, false, &draw(scene), scene, &mut Warnings::new()).unwrap();
     bytes
 }
 

@@ -47,7 +47,7 @@ fn draw(scene: &Scene) -> Drawing {
 
 fn bytes(scene: &Scene, format: Format) -> Vec<u8> {
     let mut bytes = Vec::new();
-    encode_drawing(&mut bytes, format, &draw(scene), scene, &mut Warnings::new()).unwrap();
+    encode_drawing(&mut bytes, format, false, &draw(scene), scene, &mut Warnings::new()).unwrap();
     bytes
 }
 

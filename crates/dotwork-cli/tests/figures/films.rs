@@ -22,7 +22,13 @@ fn base64(bytes: &[u8]) -> String {
 }
 
 /// Writes a glTF file in which `mesh` becomes `moved` within `seconds`, evenly.
-fn morphing(folder: &Folder, name: &str, mesh: &RawMesh, moved: impl Fn([f32; 3]) -> [f32; 3], seconds: f32) -> PathBuf {
+fn morphing(
+    folder: &Folder,
+    name: &str,
+    mesh: &RawMesh,
+    moved: impl Fn([f32; 3]) -> [f32; 3],
+    seconds: f32,
+) -> PathBuf {
     let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
     let places = floats(mesh.positions.as_flattened());
     let moves: Vec<f32> = mesh
@@ -76,7 +82,8 @@ fn morphing(folder: &Folder, name: &str, mesh: &RawMesh, moved: impl Fn([f32; 3]
 fn square() -> RawMesh {
     let mut plate = shapes::plate(8, 8);
     plate.positions.iter_mut().for_each(|p| *p = [2.0 * p[0] - 1.0, 2.0 * p[1] - 1.0, p[2]]);
-    let [low, high] = plate.positions.iter().fold([f32::MAX, f32::MIN], |[l, h], p| [l.min(p[0]), h.max(p[0])]);
+    let [low, high] =
+        plate.positions.iter().fold([f32::MAX, f32::MIN], |[l, h], p| [l.min(p[0]), h.max(p[0])]);
     plate.positions.iter_mut().for_each(|p| {
         for c in &mut p[..2] {
             *c -= 0.5 * (low + high);
@@ -191,7 +198,6 @@ fn coherence_of_a_character_under_moving_camera_and_light() {
 
 /// Aim: a zoom film from 1× to 64× keeps the ink of the middle within ± 5 % and the dots even: nothing runs out.
 #[test]
-#[ignore = "stocks are not refined on demand yet"]
 fn a_zoom_does_not_run_out() {
     let folder = Folder::new();
     let mesh = folder.mesh("plate.obj", &square());

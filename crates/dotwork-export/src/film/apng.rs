@@ -131,7 +131,8 @@ impl<W: Write> ApngWriter<W> {
     fn chunk(&mut self, kind: &[u8; 4], data: &[&[u8]]) -> io::Result<()> {
         let length: usize = data.iter().map(|d| d.len()).sum();
         let length = u32::try_from(length).ok().filter(|&l| l < 1 << 31);
-        let length = length.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a frame over 2 GiB"))?;
+        let length =
+            length.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a frame over 2 GiB"))?;
         let mut crc = Crc::new();
         crc.update(kind);
         self.writer.write_all(&length.to_be_bytes())?;

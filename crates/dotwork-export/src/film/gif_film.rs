@@ -80,9 +80,8 @@ fn reduced(bytes: &[u8], samples: usize, color: impl Fn(&[u8]) -> Option<[u8; 3]
     frequent.sort_unstable_by(|a, b| b.cmp(a));
     // One is kept for what is clear.
     let chosen: Vec<[u8; 3]> = frequent.iter().take(255).map(|f| f.1).collect();
-    let distance = |a: [u8; 3], b: [u8; 3]| -> i32 {
-        (0..3).map(|k| (i32::from(a[k]) - i32::from(b[k])).pow(2)).sum()
-    };
+    let distance =
+        |a: [u8; 3], b: [u8; 3]| -> i32 { (0..3).map(|k| (i32::from(a[k]) - i32::from(b[k])).pow(2)).sum() };
     let nearest =
         |c: [u8; 3]| (0..chosen.len()).min_by_key(|&k| (distance(chosen[k], c), k)).unwrap_or(0) as u8;
     let index: HashMap<[u8; 3], u8> = counts.keys().map(|&c| (c, nearest(c))).collect();

@@ -143,7 +143,11 @@ const MAX_INDEX: u64 = 1 << 34;
 /// A stipple's id, below 2³⁸: the stage in its high bits, the candidate in its low 32. From stage 28 on, where there are
 /// more candidates than that, both ones at its top and the stage in the two bits below them.
 fn id_of(stage: u32, index: u64) -> u64 {
-    if index < 1 << 32 { u64::from(stage) << 32 | index } else { 3 << 36 | u64::from(stage & 3) << 34 | index }
+    if index < 1 << 32 {
+        u64::from(stage) << 32 | index
+    } else {
+        3 << 36 | u64::from(stage & 3) << 34 | index
+    }
 }
 
 /// How much a point's radius may fall short of its distance, as a share.
@@ -237,13 +241,7 @@ pub(super) fn chunks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
 }
 
 /// Accepts this stage's points down to distance `end`, after the `points` of earlier stages.
-pub(super) fn run_stage(
-    surface: &impl Surface,
-    stage: &Stage,
-    end: f32,
-    part: &Part,
-    points: &mut Accepted,
-) {
+pub(super) fn run_stage(surface: &impl Surface, stage: &Stage, end: f32, part: &Part, points: &mut Accepted) {
     let candidates = draw_candidates(surface, stage, end, part, points);
     let grid = Grid::new(surface.min_corner(), stage.reach, candidates.len());
     let buckets: Vec<u32> = candidates.par_iter().map(|c| grid.bucket(grid.cell(c.site.position))).collect();

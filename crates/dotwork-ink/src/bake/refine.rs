@@ -18,7 +18,9 @@ use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::blue_noise::{Accepted, BakeSettings, Part, Stage, chunks, first_distance, reach, run_stage, spread};
+use super::blue_noise::{
+    Accepted, BakeSettings, Part, Stage, chunks, first_distance, reach, run_stage, spread,
+};
 use super::buckets::Site;
 use crate::stock::{Baked, Stock};
 use crate::surface::{MeshSurface, Surface};
@@ -328,7 +330,8 @@ mod tests {
                 let here = Stock::on_mesh(brick.baked.clone(), refinement.mesh());
                 for i in 0..here.len() {
                     let p = here.position.at(i);
-                    if here.baked.radius[i] > radius && p.cmpge(corners[0]).all() && p.cmple(corners[1]).all() {
+                    if here.baked.radius[i] > radius && p.cmpge(corners[0]).all() && p.cmple(corners[1]).all()
+                    {
                         found.push((here.baked.id[i], here.baked.radius[i], p));
                     }
                 }

@@ -296,7 +296,9 @@ mod tests {
         ] {
             let draw = StageDraw { count, seed: 3 };
             let ranges = surface.ranges_near(draw, corners);
-            assert!(ranges.windows(2).all(|w| w[0].end < w[1].start) && ranges.iter().all(|r| r.end <= count));
+            assert!(
+                ranges.windows(2).all(|w| w[0].end < w[1].start) && ranges.iter().all(|r| r.end <= count)
+            );
             let within = |p: Vec3| p.cmpge(corners[0]).all() && p.cmple(corners[1]).all();
             let mut inside = 0u64;
             for range in ranges.clone() {
@@ -304,7 +306,8 @@ mod tests {
             }
             let looked_at: u64 = ranges.iter().map(|r| r.end - r.start).sum();
             let size = corners[1] - corners[0];
-            let expected = count as f64 * f64::from(size.x * size.y) * f64::from(u8::from(corners[0].x < 1.0));
+            let expected =
+                count as f64 * f64::from(size.x * size.y) * f64::from(u8::from(corners[0].x < 1.0));
             assert!((inside as f64 - expected).abs() <= 0.03 * expected, "{inside} of {expected}");
             assert!(looked_at as f64 <= 1.5 * expected + 100.0, "{looked_at} for {inside}");
             if count < 100_000 {

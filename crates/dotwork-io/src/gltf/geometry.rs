@@ -193,8 +193,7 @@ impl Drawing {
                 self.skins[index] = Some(found);
             }
             if let Some(found) = &self.skins[index] {
-                influences =
-                    found.influences(document, &primitive.attributes, count, &mut self.budget)?;
+                influences = found.influences(document, &primitive.attributes, count, &mut self.budget)?;
             }
         }
         let weights = weights.to_vec();

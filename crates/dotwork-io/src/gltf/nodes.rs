@@ -164,9 +164,7 @@ impl Local {
     pub(super) fn affine(self) -> DAffine3 {
         match self {
             Local::Matrix(matrix) => matrix,
-            Local::Parts(p) => {
-                DAffine3::from_scale_rotation_translation(p.scale, p.rotation, p.translation)
-            }
+            Local::Parts(p) => DAffine3::from_scale_rotation_translation(p.scale, p.rotation, p.translation),
         }
     }
 

@@ -52,8 +52,7 @@ impl Skin {
                 let reason = format!("{} inverse bind matrices for {count} joints", matrices.len());
                 return Err(ReadErrorKind::at_item("skin", index, reason));
             }
-            let affine =
-                |m: &[f32; 16]| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)));
+            let affine = |m: &[f32; 16]| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)));
             inverse_binds = matrices[..count].iter().map(affine).collect();
         }
         Ok(Skin { joints: skin.joints.clone(), inverse_binds })

@@ -21,7 +21,7 @@ impl Body {
     fn new(name: &str) -> Body {
         let mesh = mesh(name);
         let baked = blue_noise(
-            &MeshSurface::new(&mesh),
+            &MeshSurface::new(&*mesh),
             &BakeSettings { stipples: 4000, ..BakeSettings::default() },
             |_| (),
         );

@@ -98,7 +98,7 @@ fn draw(stock: &Stock, style: &Style, camera: &Camera) -> Dots {
     backend.frame(&frame, &mut drawing);
     if stock.elements.is_some() && style.factors == dotwork_ink::Factors::Papers {
         assert_eq!(backend.exhausted(&frame), 0.0);
-        assert_eq!(backend.stipples_needed(&frame, 0), stock.len());
+        assert_eq!(backend.stipples_needed(&frame, 0).stipples, stock.len());
     }
     drawing.layers.remove(0).dots
 }

@@ -37,6 +37,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use toml::{Table, Value};
 
+use crate::endless::Endless;
 use crate::files::FileError;
 use crate::scene::{Object, Scene};
 
@@ -156,8 +157,11 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             None => None,
         };
         let (mesh, stock) = (Arc::new(mesh), Some(Arc::new(stock)));
+        let by_surface = stock.as_ref().is_some_and(|stock| stock.elements.is_none());
+        let endless = by_surface.then(|| Endless::new(object.style.regularity, scene.seed));
         let blank = Object::of_mesh(object.name, mesh, object.style);
-        scene.objects.push(Object { source: object.source, world: object.world, stock, curves, ..blank });
+        let (source, world) = (object.source, object.world);
+        scene.objects.push(Object { source, world, stock, endless, curves, ..blank });
     }
     Ok(scene)
 }

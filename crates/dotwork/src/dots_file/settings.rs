@@ -142,8 +142,7 @@ pub fn settings_text(scene: &Scene) -> String {
     }
     if let Some(Standpoint { eye, back, up, lens }) = &scene.standpoint {
         let mut table = Table::new();
-        let vector =
-            |v: DVec3| Value::Array(v.to_array().iter().map(|&v| Value::Float(v)).collect());
+        let vector = |v: DVec3| Value::Array(v.to_array().iter().map(|&v| Value::Float(v)).collect());
         table.insert("eye".into(), vector(*eye));
         table.insert("back".into(), vector(back.as_dvec3()));
         table.insert("up".into(), vector(up.as_dvec3()));
@@ -292,8 +291,7 @@ fn described(object: &Value, all: &Settings) -> Result<Described, String> {
         }
     };
     let (clip, at, baked_at) = (object.optional("clip")?, time("time")?, time("baked_at")?);
-    let pose = (clip.is_some() || at.is_some())
-        .then(|| Pose { clip: clip.map(String::from), time: at });
+    let pose = (clip.is_some() || at.is_some()).then(|| Pose { clip: clip.map(String::from), time: at });
     let source = object.optional("source")?.map(|file| Source {
         file: file.into(),
         checksum,

@@ -50,8 +50,7 @@ pub struct FilmPath {
 
 impl FilmPath {
     /// The endings that are understood, as a list for messages.
-    pub const NAMES: &str =
-        "gif, png (an animated one), mp4, webm, csv, or a picture a frame: png, svg, pdf, tif or json with a number in \
+    pub const NAMES: &str = "gif, png (an animated one), mp4, webm, csv, or a picture a frame: png, svg, pdf, tif or json with a number in \
          its name, as frame-%04d.png";
 
     /// Understands the path of a film: its ending, and `%d` or `%04d` in its name where each frame is a file of its own.
@@ -75,7 +74,9 @@ impl FilmPath {
                 None => return unknown(),
             },
             ("svg" | "pdf" | "tif" | "tiff" | "json", None) => {
-                return Err(format!("a film of {ending} files has the number of the frame in its name, as %04d"));
+                return Err(format!(
+                    "a film of {ending} files has the number of the frame in its name, as %04d"
+                ));
             }
             _ => return unknown(),
         };
@@ -116,7 +117,11 @@ fn pattern(name: &str) -> Result<Option<(String, usize, String)>, String> {
                 found = Some((std::mem::take(&mut text), width));
                 rest = after;
             }
-            _ => return Err("the name of a frame has its number as %d or %04d, once; %% is a percent sign".into()),
+            _ => {
+                return Err(
+                    "the name of a frame has its number as %d or %04d, once; %% is a percent sign".into()
+                );
+            }
         }
     }
     text.push_str(rest);
@@ -144,7 +149,8 @@ pub fn draw_film<T: Send>(
             .zip(batch)
             .map(|((artist, rasterizer), &n)| {
                 let now = film.scene_at(scene, n);
-                make(rasterizer, n, artist.draw(&now), &now)
+                let drawing = artist.draw(&now);
+                make(rasterizer, n, drawing, &artist.as_drawn(&now))
             })
             .collect();
         for (&n, made) in batch.iter().zip(made) {

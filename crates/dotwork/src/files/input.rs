@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use dotwork_drawing::{UpAxis, Warnings};
 use dotwork_ink::Style;
+use dotwork_io::Model;
 use dotwork_io::dots::{self, Reader};
 use dotwork_io::volume::{
     RawLayout, VolumeFile, VolumeOptions, read_volume, read_volume_bytes, volume_format_of,
 };
-use dotwork_io::Model;
 use dotwork_mesh::{Motion, RawMesh, shapes};
 use dotwork_volume::phantom::phantom;
 use dotwork_volume::{Affine, Unit, Volume};
@@ -87,8 +87,7 @@ impl MeshFile {
             Some(motion) => Object::placed(name, raw, motion, &source.placement, style, warnings),
             None => Object::new(name, raw, style, warnings),
         };
-        let object =
-            object.map_err(|source| FileError::Mesh { input: input.clone(), source })?;
+        let object = object.map_err(|source| FileError::Mesh { input: input.clone(), source })?;
         let mut object = Object { source: Some(source), world, volume, whole, ..object };
         if let Some(Pose { clip, time }) = object.source.as_ref().and_then(|s| s.pose.clone()) {
             let posed = object.take_pose(clip.as_deref(), time);

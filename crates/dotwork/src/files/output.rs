@@ -6,9 +6,9 @@ use std::path::Path;
 use dotwork_drawing::{Drawing, Warnings};
 use dotwork_export::plot::{Travel, order_for_plotter, plotter_layers};
 use dotwork_export::{
-    CsvWriter, PdfOptions, SETTINGS_KEYWORD, SvgOptions, assign_pens, bilevel,
-    pixels_per_metre, write_atomic, write_json, write_pdf, write_png, write_png_bilevel, write_svg,
-    write_tiff, write_tiff_bilevel,
+    CsvWriter, PdfOptions, SETTINGS_KEYWORD, SvgOptions, assign_pens, bilevel, pixels_per_metre,
+    write_atomic, write_json, write_pdf, write_png, write_png_bilevel, write_svg, write_tiff,
+    write_tiff_bilevel,
 };
 use dotwork_ink::Stock;
 use dotwork_render::Rasterizer;
@@ -140,7 +140,9 @@ pub(super) fn encode_with(
     let text = [("Software", SOFTWARE), (SETTINGS_KEYWORD, settings.as_str())];
     match format {
         Format::Png => write_png(w, &view(&rasterize(rasterizer, drawing, clear)), ppm, &text),
-        Format::Tiff => write_tiff(w, &view(&rasterize(rasterizer, drawing, false)), drawing.page.dpi, metadata),
+        Format::Tiff => {
+            write_tiff(w, &view(&rasterize(rasterizer, drawing, false)), drawing.page.dpi, metadata)
+        }
         Format::PngBilevel => write_png_bilevel(w, &bilevel(drawing, warnings), ppm, &text),
         Format::TiffBilevel => write_tiff_bilevel(w, &bilevel(drawing, warnings), drawing.page.dpi, metadata),
         Format::Svg => write_svg(w, drawing, &SvgOptions { metadata, title, ..SvgOptions::default() }),
@@ -149,9 +151,7 @@ pub(super) fn encode_with(
         }
         Format::Pdf => write_pdf(w, drawing, &PdfOptions { metadata, title }),
         Format::Csv => CsvWriter::new(w, false)?.frame(0, drawing, None),
-        Format::CsvFull => {
-            CsvWriter::new(w, true)?.frame(0, drawing, Some(&places_of(scene, drawing)))
-        }
+        Format::CsvFull => CsvWriter::new(w, true)?.frame(0, drawing, Some(&places_of(scene, drawing))),
         Format::Json => write_json(w, drawing),
     }
 }
@@ -166,7 +166,9 @@ pub(super) fn places_of<'a>(
 
 /// Position, in the coordinates of the file, and smooth normal of a stipple of the object of this name.
 fn place(scene: &Scene, object: &str, stipple: u32) -> ([f32; 3], [f32; 3]) {
-    let baked = scene.objects.iter().find(|o| o.name == object).and_then(|o| Some((o, o.stock.as_deref()?)));
+    let stock = |o: &'_ crate::Object| o.shown.clone().or_else(|| o.stock.clone());
+    let found = scene.objects.iter().find(|o| o.name == object).and_then(|o| Some((o, stock(o)?)));
+    let baked = found.as_ref().map(|(object, stock)| (*object, &**stock));
     let at = |(object, stock): (&crate::Object, &Stock)| {
         let i = stipple as usize;
         let (p, n) = (i < stock.len()).then(|| (stock.position.at(i), stock.normal.at(i)))?;

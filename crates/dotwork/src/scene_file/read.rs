@@ -14,8 +14,8 @@ use crate::files::{FileError, LoadOptions, Watch};
 use crate::placement::Placement;
 use crate::scene::{Stipples, ZOOM};
 use crate::settings::Settings;
-use crate::timeline::{Timeline, Track};
 use crate::style_file::{preset_names, read_style, text_of, with_palette};
+use crate::timeline::{Timeline, Track};
 
 /// Scene files that include each other to more than this depth.
 const DEEPEST: usize = 16;
@@ -426,11 +426,7 @@ fn keys<const N: usize>(
     Ok(tracks)
 }
 
-fn camera_keys(
-    source: &Source,
-    value: &Spanned<DeValue>,
-    timeline: &mut Timeline,
-) -> Result<(), FileError> {
+fn camera_keys(source: &Source, value: &Spanned<DeValue>, timeline: &mut Timeline) -> Result<(), FileError> {
     let known = [
         ("azimuth", -1e6, 1e6),
         ("elevation", -90.0, 90.0),
@@ -443,11 +439,7 @@ fn camera_keys(
     Ok(())
 }
 
-fn light_keys(
-    source: &Source,
-    value: &Spanned<DeValue>,
-    timeline: &mut Timeline,
-) -> Result<(), FileError> {
+fn light_keys(source: &Source, value: &Spanned<DeValue>, timeline: &mut Timeline) -> Result<(), FileError> {
     let known = [("azimuth", -1e6, 1e6), ("elevation", -1e6, 1e6)];
     let [light_azimuth, light_elevation] = keys(source, value, "light", known)?;
     *timeline = Timeline { light_azimuth, light_elevation, ..std::mem::take(timeline) };
