@@ -60,9 +60,11 @@
 //!   `bzip2`, `nifti`, `metaimage`, `vtk`, `tiff`.
 
 mod artist;
+mod bake_warnings;
 mod curves;
 #[cfg(feature = "files")]
 mod dots_file;
+mod faces;
 #[cfg(feature = "files")]
 mod files;
 #[cfg(feature = "files")]

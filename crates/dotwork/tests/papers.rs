@@ -295,7 +295,7 @@ fn voxels_that_are_clipped_away_carry_no_dots() {
         let dots = &draw(scene).layers[0].dots;
         dots.stipple.iter().map(|&i| stock(scene).position.at(i as usize).x - middle).collect()
     };
-    let edge = stock(&cut).elements.as_ref().unwrap().recipe().0.edges[0].length();
+    let edge = stock(&cut).elements.as_ref().unwrap().recipe().unwrap().0.edges[0].length();
     let beyond = |places: &[f32]| places.iter().filter(|&&x| x > 0.75 * edge).count();
     let before = |places: &[f32]| places.iter().filter(|&&x| x < -0.75 * edge).count();
     let (whole_places, cut_places) = (across(&whole), across(&cut));
