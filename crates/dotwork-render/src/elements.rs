@@ -267,4 +267,6 @@ impl ElementSelector<'_> {
 }
 
 #[cfg(test)]
+mod face_tests;
+#[cfg(test)]
 mod tests;

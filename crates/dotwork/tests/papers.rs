@@ -266,9 +266,10 @@ fn what_is_doubtful_is_said() {
     scene.camera.zoom = 0.2;
     assert!(said(&scene).contains("0.40 times"), "{}", said(&scene));
 
+    // With a sum of ink there is no meaning that voxels could have for a mesh.
     let raw = dotwork::mesh::shapes::demo("torus").unwrap();
-    let mut mesh = Scene::of(Object::new("torus", raw, papers(), &mut Warnings::new()).unwrap());
-    assert_eq!(mesh.objects[0].style.bake, BakeMethod::Voxel);
+    let style = Style { bake: BakeMethod::Voxel, ..Style::default() };
+    let mut mesh = Scene::of(Object::new("torus", raw, style, &mut Warnings::new()).unwrap());
     (mesh.page, mesh.stipples) = (page(), Stipples::Count(3000));
     mesh.bake(|_| ());
     assert!(stock(&mesh).elements.is_none() && draw(&mesh).dot_count() > 100);

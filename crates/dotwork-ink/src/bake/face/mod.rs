@@ -84,6 +84,12 @@ pub fn face(mesh: &Mesh, settings: &FaceSettings, mut progress: impl FnMut(f32))
     let area = areas(mesh);
     let faces = area.len();
     let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
+    let &FaceSettings { n_max, wanted, seed, reference, .. } = settings;
+    if whole < f64::from(f32::MIN_POSITIVE) {
+        // A mesh that was deformed to nothing.
+        let faces = Faces { number: vec![0.0; faces], area, n_max, wanted, seed, reference };
+        return Stock::of_faces(Baked::default(), mesh, faces);
+    }
     let stipples = settings.stipples.clamp(1, MAX_STIPPLES);
     let many = (stipples as f64 * MORE.0 + MORE.1 * (faces as f64).sqrt()).ceil();
     let order =
@@ -134,7 +140,6 @@ pub fn face(mesh: &Mesh, settings: &FaceSettings, mut progress: impl FnMut(f32))
         weights: keyed.par_iter().map(at).map(|(.., weights)| weights).collect(),
         area: whole,
     };
-    let &FaceSettings { n_max, wanted, seed, reference, .. } = settings;
     let stock = Stock::of_faces(baked, mesh, Faces { number, area, n_max, wanted, seed, reference });
     progress(1.0);
     stock
