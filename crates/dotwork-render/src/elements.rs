@@ -16,7 +16,7 @@ use crate::backend::{Frame, Subject};
 use crate::depth::{DepthBuffer, GRAZING};
 use crate::hiding::Hidden;
 use crate::plan::{InkPlan, Papers};
-use crate::select::two_sided;
+use crate::select::{LIFT, two_sided};
 
 /// Beyond the smallest cosine that is drawn, counts rise over this much of it, so that nothing pops as elements turn.
 const RIM: f32 = 0.03;
@@ -119,7 +119,9 @@ impl<'a> Asking<'a> {
         }
         let (share_drawn, size) = tone.at(e, &sight);
         let seen = if hiding.thins() {
-            let raised = raised(position, normal, elements.reach, self.view.eye);
+            // From a little above its own surface, or a face would thin itself where it is steep.
+            let reach = if self.number.is_empty() { elements.reach } else { LIFT / scale };
+            let raised = raised(position, normal, reach, self.view.eye);
             let (x, y, depth) = self.view.project(raised);
             let through = hiding.veil.map_or(1.0, |veil| veil.transmittance(x, y, depth));
             through * hiding.before_focus(self.view, x, y, depth)
@@ -158,7 +160,7 @@ impl<'a> Asking<'a> {
             sight.n_dot_e.abs()
         } else {
             // As on any surface: the facet bounds what the smooth normal makes of a dot.
-            sight.n_dot_e.clamp(cosine.abs(), 1.5 * cosine.abs())
+            sight.n_dot_e.max(cosine.abs()).min(1.5 * cosine.abs())
         };
         let radius = plan.radius(c) * if papers.sized { size } else { 1.0 };
         Asked { spacing, count, radius }
@@ -210,7 +212,7 @@ impl ElementSelector<'_> {
 
     fn select_by<const BY_INK: bool>(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
         let (baked, arrival) = (&self.stock.baked, self.plan.arrival);
-        let (faces, rank_mask) = (self.asked.is_empty(), self.asking.elements.rank_mask());
+        let (faces, rank_mask) = (!self.asking.number.is_empty(), self.asking.elements.rank_mask());
         let margin = self.page.margin_px;
         let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
         for i in range {

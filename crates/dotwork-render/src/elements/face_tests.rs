@@ -252,3 +252,20 @@ fn threads_do_not_matter() {
     };
     assert_eq!(run(1), run(3));
 }
+
+#[test]
+fn translucent_bodies_thin_their_backs_and_not_their_fronts() {
+    let mesh = Arc::new(build(shapes::sphere(5)));
+    let stock = bake(&mesh, 3000.0, None);
+    let eye = camera("20,15").view(Vec3::ZERO, 1.0, &Page::default()).back;
+    let sides = |occlusion: f32| {
+        let style = Style { occlusion, two_sided: TwoSided::Yes, ..plain(0.6) };
+        let dots = draw_in(&mesh, &stock, &style, &camera("20,15"));
+        let front = |i: &&u32| stock.facet.at(**i as usize).dot(eye) > 0.1;
+        let count = dots.stipple.iter().filter(front).count();
+        [count, dots.id.len() - count].map(|n| n as f32)
+    };
+    let ([opaque, _], [front, back]) = (sides(1.0), sides(0.2));
+    assert!((front / opaque - 1.0).abs() < 0.02, "{front} {opaque}");
+    assert!(back > 0.02 * front && back < 0.5 * front, "{back} of {front}");
+}
