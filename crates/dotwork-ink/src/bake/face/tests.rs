@@ -76,7 +76,6 @@ fn plates_are_even_whatever_their_tessellation() {
         for tone in [0.05, 0.1, 0.2, 0.4, 0.8, 1.0] {
             let drawn = drawn(&stock, tone * 200_000.0);
             let (mean, least) = evenness(&stock, drawn);
-            println!("{name} at {tone}: {drawn} dots, mean {mean:.3} min {least:.3}");
             assert!((drawn as f32 / (tone * 200_000.0) - 1.0).abs() < 0.02, "{name} at {tone}: {drawn}");
             assert!(mean >= 0.7 && least >= 0.3, "{name} at {tone}: {mean} {least}");
         }
