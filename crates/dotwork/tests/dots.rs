@@ -281,7 +281,7 @@ fn ball(curves: bool) -> Scene {
 fn hostile_faces_are_refused() {
     use Change::{Drop, F32, Kind, Text};
     let (areas, numbers) = ("0/faces/areas", "0/faces/numbers");
-    let style = Style { k_max: 0.003, ..preset("papers-surface").unwrap() };
+    let style = Style { k_max: 0.01, ..preset("papers-surface").unwrap() };
     let mut scene = open("demo:plate", &style, &mut Warnings::new()).unwrap();
     scene.bake(|_| ());
     let file = Reader::from_bytes(Path::new("x.dots"), encode_dots(&scene)).unwrap();

@@ -75,7 +75,7 @@ pub(crate) fn rank_mask(faces: usize) -> u64 {
     (1 << rank_bits(faces)) - 1
 }
 
-/// Bakes a list of stipples for each face of a mesh, about `12 · stipples` comparisons of neighbours.
+/// Bakes a list of stipples for each face of a mesh; costs as [`blue_noise`] and a search around each point that is added.
 ///
 /// The result is the same for any number of threads. `baked.element` and `baked.weights` are triangles and barycentric
 /// coordinates as of any bake of a mesh; an id is the triangle and the place in its list. Faces without an area carry
