@@ -417,6 +417,8 @@ pub enum BakeMethod {
     BlueNoise,
     /// lists of dots in the voxels of a volume (Lu et al. 2002)
     Voxel,
+    /// lists of dots in the faces of a mesh (Lu et al. 2003)
+    Face,
 }
 
 /// Backends.

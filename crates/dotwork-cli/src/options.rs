@@ -97,6 +97,7 @@ impl<'a> Options<'a> {
         match self.args.bake {
             Some(BakeMethod::BlueNoise) => style.bake = dotwork::ink::BakeMethod::BlueNoise,
             Some(BakeMethod::Voxel) => style.bake = dotwork::ink::BakeMethod::Voxel,
+            Some(BakeMethod::Face) => style.bake = dotwork::ink::BakeMethod::Face,
             None => {}
         }
     }

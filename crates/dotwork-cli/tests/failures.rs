@@ -287,3 +287,33 @@ fn malformed_files_of_others_never_panic() {
     }
     assert!(seen > 50);
 }
+
+/// Meshes that others found to break programs, where they can be read at all, and slivers: drawn by lists of faces.
+#[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
+#[test]
+fn faces_of_malformed_meshes_never_panic() {
+    let place = Place::new();
+    let corners: Vec<[f64; 3]> = (0..12)
+        .flat_map(|i| {
+            [[f64::from(i), 0.0, 0.0], [f64::from(i) + 1e-6, 10f64.powi(-i), 1.0], [0.0, 1e3, 1e-7]]
+        })
+        .collect();
+    let slivers: Vec<[i64; 3]> = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    place.write("slivers.ply", ply(&corners, &slivers));
+    let mut paths = vec![place.path("slivers.ply")];
+    let folder = std::fs::read_dir(data().join("malformed/mesh")).unwrap();
+    paths.extend(folder.map(|entry| entry.unwrap().path()));
+    let mut drawn = 0;
+    for path in paths {
+        for style in ["papers-surface", "soft"] {
+            let options =
+                ["--bake", "face", "--style", style, "--size", "100", "--stipples", "2000", "-o", "o.csv"];
+            let output = place.command().arg("render").arg(&path).args(options).output().unwrap();
+            let stderr = String::from_utf8(output.stderr).unwrap();
+            assert!(matches!(output.status.code(), Some(0 | 1)), "{}: {stderr}", path.display());
+            assert!(stderr.lines().all(|l| l.starts_with("dotwork: ")), "{}: {stderr}", path.display());
+            drawn += usize::from(output.status.success());
+        }
+    }
+    assert!(drawn > 4, "{drawn}");
+}

@@ -28,10 +28,10 @@ pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Role, SilhouetteForm, SizeMax, Style,
-    SurfaceChoice, TwoSided, Visibility, Window, find_param,
+    Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Rank, Role, SilhouetteForm, SizeMax,
+    Style, SurfaceChoice, TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
-pub use stock::{Baked, Elements, Stock, Vectors};
+pub use stock::{Baked, Carrier, Elements, Faces, Stock, Vectors};
 pub use surface::{MeshSurface, Place, StageDraw, Surface};
 pub use tone::{Lit, PapersTone, Tone};

@@ -140,6 +140,11 @@ pub const PRESETS: &[Preset] = &[
         summary: "Silhouette, boundary, distance and curves together (2002, figure 9; 2003, 17).",
         make: papers_all,
     },
+    Preset {
+        name: "papers-surface",
+        summary: "Surfaces: lists of dots in faces, thinned by resolution and light (2003, figures 7 to 9, 12, 15, 16).",
+        make: papers_surface,
+    },
 ];
 
 /// The style of a preset.
@@ -420,6 +425,19 @@ fn papers_all() -> Style {
         distance: 1.0,
         k_de: 0.9,
         curves: true,
+        ..bare_papers()
+    }
+}
+
+/// All the factors that surfaces have but distance, which is told by what hides what.
+fn papers_surface() -> Style {
+    Style {
+        bake: BakeMethod::Face,
+        visibility: Visibility::Solid,
+        resolution: 1.0,
+        lighting: true,
+        size_max: SizeMax(None),
+        outlines: true,
         ..bare_papers()
     }
 }

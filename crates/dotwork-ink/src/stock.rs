@@ -7,6 +7,8 @@ use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::bake;
+
 /// What a bake returns: an order of places, each with the spacing at which it enters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
@@ -84,33 +86,73 @@ impl Vectors {
     }
 }
 
-/// What carries the stipples of a bake that has a list for each element: voxels, in structure-of-arrays form.
+/// What carries the stipples of a bake that has a list for each element: voxels of a volume or faces of a mesh, in
+/// structure-of-arrays form.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Elements {
     /// Centres, object units.
     pub position: Vectors,
-    /// Unit normals.
+    /// Unit normals; of faces the smooth ones.
     pub normal: Vectors,
-    /// Value over the value window, 0…1.
+    /// Value over the value window, 0…1; of faces 1.
     pub value: Vec<f32>,
-    /// Length of the gradient over a large one, 0…1.
+    /// Length of the gradient over a large one, 0…1; of faces 1.
     pub magnitude: Vec<f32>,
-    /// Area of the section, object units squared; 0 for elements that carry nothing.
+    /// Area of the section or of the face, object units squared; 0 for elements that carry nothing. Radii follow from
+    /// it, so that it stays that of the bake when a mesh is deformed.
     pub area: Vec<f32>,
-    /// Most stipples that an element shows.
+    /// Most stipples shown: by a voxel; by faces, per object unit squared.
     pub n_max: f32,
     /// Most stipples that were asked for: more than `n_max` where lists would have been too long.
     pub wanted: f32,
-    /// The three edges of a voxel, object units.
-    pub edges: [Vec3; 3],
-    /// Distance of the two planes between which stipples lie, in mean edges of a voxel.
-    pub slab: f32,
+    /// What the elements are.
+    pub carrier: Carrier,
     /// Seed of the bake.
     pub seed: u32,
-    /// How far from its element's centre a stipple may lie, object units.
+    /// How far from the surface of its element a stipple may lie, object units.
     pub reach: f32,
     /// The scale of the view that `n_max` was made for, see [`crate::bake::reference_scale`]; `None`: every view.
     pub reference: Option<f32>,
+}
+
+/// What elements are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Carrier {
+    /// Voxels of a volume.
+    Voxels {
+        /// The three edges of a voxel, object units.
+        edges: [Vec3; 3],
+        /// Distance of the two planes between which stipples lie, in mean edges of a voxel.
+        slab: f32,
+    },
+    /// Faces of a mesh, one for each of its triangles.
+    Faces {
+        /// The number of each face, 0 ≤ u < 1: where each asks for a part of a dot, those with the largest show one.
+        number: Vec<f32>,
+    },
+}
+
+/// What is to be known of the faces of a bake besides their mesh; see [`Elements`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Faces {
+    /// The number of each, 0 ≤ u < 1; see [`Carrier::Faces`].
+    pub number: Vec<f32>,
+    /// Their areas when they were baked, object units squared.
+    pub area: Vec<f32>,
+    /// Most stipples shown, per object unit squared.
+    pub n_max: f32,
+    /// Most stipples that were asked for, per object unit squared.
+    pub wanted: f32,
+    /// Seed of the bake.
+    pub seed: u32,
+    /// The scale of the view that `n_max` was made for.
+    pub reference: Option<f32>,
+}
+
+impl Default for Carrier {
+    fn default() -> Carrier {
+        Carrier::Voxels { edges: [Vec3::ZERO; 3], slab: 0.0 }
+    }
 }
 
 impl Elements {
@@ -122,6 +164,28 @@ impl Elements {
     /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.area.is_empty()
+    }
+
+    /// Whether these are faces of a mesh.
+    pub fn are_faces(&self) -> bool {
+        matches!(self.carrier, Carrier::Faces { .. })
+    }
+
+    /// What takes the place in its element's list, counted from 0, out of an id: `id & mask`.
+    pub fn rank_mask(&self) -> u64 {
+        match self.carrier {
+            Carrier::Voxels { .. } => bake::RANK_MASK,
+            Carrier::Faces { .. } => bake::rank_mask(self.len()),
+        }
+    }
+
+    /// Most stipples that element `e` shows, N_max.
+    #[inline(always)]
+    pub fn n_max_of(&self, e: usize) -> f32 {
+        match self.carrier {
+            Carrier::Voxels { .. } => self.n_max,
+            Carrier::Faces { .. } => self.n_max * self.area[e],
+        }
     }
 }
 
@@ -138,7 +202,7 @@ pub struct Stock {
     pub facet: Vectors,
     /// Ink of the surface's own colours, 1 − luminance; empty if it has none.
     pub own: Vec<f32>,
-    /// The elements, where the bake has a list for each; then `baked.element` counts these, not triangles.
+    /// The elements, where the bake has a list for each; `baked.element` counts these. Faces are the triangles of the mesh.
     pub elements: Option<Elements>,
     /// For a surface that has moved since it was baked: how many times as large it is around each stipple as it was then.
     /// Empty: as large.
@@ -183,7 +247,8 @@ impl Stock {
             Some(_) => self.baked.element.par_iter().map(of).collect(),
             None => Vec::new(),
         };
-        Stock { stretch, ..Stock::on_mesh(self.baked.clone(), mesh) }
+        let posed = self.following(mesh).unwrap_or_else(|| Stock::on_mesh(self.baked.clone(), mesh));
+        Stock { stretch, ..posed }
     }
 
     /// This stock with `more` stipples at its end, which lie on the same surface in the same pose and have smaller radii.
@@ -226,6 +291,48 @@ impl Stock {
         if self.stretch.is_empty() { 1.0 } else { self.stretch.par_iter().copied().reduce(|| 0.0, f32::max) }
     }
 
+    /// The stipples on a mesh that has moved, with the triangles that it had: places and normals follow, radii and
+    /// counts stay. `None` for voxels, which do not lie on it.
+    ///
+    /// # Panics
+    /// As [`Stock::on_mesh`].
+    pub fn following(&self, mesh: &Mesh) -> Option<Stock> {
+        let elements = match &self.elements {
+            None => None,
+            Some(Elements { carrier: Carrier::Voxels { .. }, .. }) => return None,
+            Some(faces) => {
+                assert_eq!(faces.len(), mesh.triangles.len(), "faces are those of the mesh");
+                let [position, normal] = middles(mesh);
+                Some(Elements { position, normal, ..faces.clone() })
+            }
+        };
+        Some(Stock { elements, ..Stock::on_mesh(self.baked.clone(), mesh) })
+    }
+
+    /// A bake of faces on its mesh: what a file keeps of one, with what follows from the mesh.
+    ///
+    /// # Panics
+    /// As [`Stock::on_mesh`], and if there are not as many faces as triangles.
+    pub fn of_faces(baked: Baked, mesh: &Mesh, faces: Faces) -> Stock {
+        let n = mesh.triangles.len();
+        assert_eq!([faces.number.len(), faces.area.len()], [n; 2], "faces are those of the mesh");
+        let [position, normal] = middles(mesh);
+        let elements = Elements {
+            position,
+            normal,
+            value: vec![1.0; n],
+            magnitude: vec![1.0; n],
+            area: faces.area,
+            n_max: faces.n_max,
+            wanted: faces.wanted,
+            carrier: Carrier::Faces { number: faces.number },
+            seed: faces.seed,
+            reach: 0.0,
+            reference: faces.reference,
+        };
+        Stock { elements: Some(elements), ..Stock::on_mesh(baked, mesh) }
+    }
+
     /// Moves all places, as when coordinates become relative to another origin.
     pub fn translate(&mut self, shift: Vec3) {
         self.position.translate(shift);
@@ -243,6 +350,20 @@ impl Stock {
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
+}
+
+/// Middles of the faces of a mesh, and unit smooth normals there.
+fn middles(mesh: &Mesh) -> [Vectors; 2] {
+    let n = mesh.triangles.len();
+    let middle = |t: usize| {
+        let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+        (a + b + c) / 3.0
+    };
+    let normal = |t: usize| {
+        let [a, b, c] = mesh.corner_normals[t].map(|v| mesh.normals[v as usize]);
+        (a + b + c).normalize_or_zero()
+    };
+    [Vectors::collect(n, middle), Vectors::collect(n, normal)]
 }
 
 /// The ink of a mesh's own colour at stipple `i`: 1 less the luminance of linear light.

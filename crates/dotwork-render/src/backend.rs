@@ -9,7 +9,7 @@ use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::elements::{Asked, ElementSelector, ask};
+use crate::elements::{Asked, Asking, ElementSelector, ask};
 use crate::hiding::Hiding;
 use crate::layers::{Layers, Painter};
 use crate::outline::LineDrawer;
@@ -235,13 +235,15 @@ fn select_elements(
 ) -> usize {
     let subject = &frame.subjects[k];
     let hidden = hiding.of(subject.style);
-    let least = ask(subject, frame, &hidden, asked);
+    let asking = Asking::new(subject, frame, &hidden);
+    let least = ask(&asking, asked);
     let selector = ElementSelector {
         stock: subject.stock,
         plan: subject.plan,
         view: frame.view,
         page: frame.page,
         depth: hidden.depth,
+        asking: &asking,
         asked,
         id_base: (k as u64) << STIPPLE_BITS,
     };

@@ -1,20 +1,22 @@
-//! Selection where elements have counts: each voxel is looked at once, its stipples follow.
+//! Selection where elements have counts: each voxel is looked at once, its stipples follow; a face is looked at where its
+//! stipples lie.
 //!
 //! The papers' factors give every element a count (Lu et al. 2002, eq 2); the spacing that draws so many of its list is
-//! found once for the element, and a stipple is drawn where its radius is at least that spacing, as everywhere. The
-//! fraction of a dot is rounded, taken as a probability or drawn as a weaker dot (2003, section 5.2).
+//! found, once for a voxel, and a stipple is drawn where its radius is at least that spacing, as everywhere. The fraction
+//! of a dot is rounded, taken as a probability or drawn as a weaker dot (2003, section 5.2).
 
 use dotwork_drawing::{Dots, Page, View};
-use dotwork_ink::bake::{rank_of, spacing_of};
-use dotwork_ink::tone::{Viewing, count, random_of, small};
-use dotwork_ink::{Fade, Fraction, Stock, TwoSided, Visibility};
+use dotwork_ink::bake::spacing_of;
+use dotwork_ink::tone::{ElementTone, Viewing, count, few, random_of, small};
+use dotwork_ink::{Carrier, Elements, Fade, Fraction, Stock, TwoSided, Visibility};
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::backend::{Frame, Subject};
 use crate::depth::{DepthBuffer, GRAZING};
 use crate::hiding::Hidden;
-use crate::plan::InkPlan;
+use crate::plan::{InkPlan, Papers};
+use crate::select::{LIFT, two_sided};
 
 /// Beyond the smallest cosine that is drawn, counts rise over this much of it, so that nothing pops as elements turn.
 const RIM: f32 = 0.03;
@@ -30,30 +32,88 @@ pub(crate) struct Asked {
     radius: f32,
 }
 
-/// Works out what the elements of a subject ask for, thinned by what `hiding` knows; returns the least of their spacings.
-///
-/// # Panics
-/// If the subject has no elements or was not planned for them.
-pub(crate) fn ask(subject: &Subject, frame: &Frame, hiding: &Hidden, asked: &mut Vec<Asked>) -> f32 {
-    let Subject { stock, style, plan, .. } = *subject;
-    let (Some(elements), Some(papers)) = (&stock.elements, &plan.papers) else {
-        unreachable!("elements are asked where there are some")
-    };
-    let tone = papers.elements.as_ref().expect("planned for elements");
-    let viewing = Viewing::new(frame.view, frame.page, frame.light, elements.reference);
-    // Dots that only arrive count by what has arrived of them.
-    let share = plan.arrival.share();
-    let both = style.two_sided == TwoSided::Yes && style.visibility != Visibility::Through;
-    let front = match style.visibility {
-        // What is nearly seen edge on cannot be compared with the surface before it.
-        Visibility::Solid => papers.front.map(|limit| limit.max(GRAZING)),
-        _ => papers.front,
-    };
-    let one = |e: usize| {
+/// How the elements of one object are asked.
+pub(crate) struct Asking<'a> {
+    elements: &'a Elements,
+    papers: &'a Papers,
+    tone: &'a ElementTone,
+    plan: &'a InkPlan,
+    viewing: Viewing<'a>,
+    hiding: &'a Hidden<'a>,
+    view: &'a View,
+    /// The number of each face; empty for voxels.
+    number: &'a [f32],
+    /// Dots that only arrive count by what has arrived of them.
+    share: f32,
+    /// What is seen from behind is drawn too.
+    both: bool,
+    /// Smallest cosine that is drawn.
+    front: Option<f32>,
+}
+
+impl<'a> Asking<'a> {
+    /// # Panics
+    /// If the subject has no elements or was not planned for them.
+    pub fn new(subject: &'a Subject, frame: &'a Frame, hiding: &'a Hidden<'a>) -> Asking<'a> {
+        let Subject { stock, style, plan, mesh, .. } = *subject;
+        let (Some(elements), Some(papers)) = (&stock.elements, &plan.papers) else {
+            unreachable!("elements are asked where there are some")
+        };
+        let through = style.visibility == Visibility::Through;
+        let (number, both) = match &elements.carrier {
+            Carrier::Voxels { .. } => (&[][..], style.two_sided == TwoSided::Yes),
+            Carrier::Faces { number } => (&number[..], two_sided(style, mesh.closed)),
+        };
+        Asking {
+            elements,
+            papers,
+            tone: papers.elements.as_ref().expect("planned for elements"),
+            plan,
+            viewing: Viewing::new(frame.view, frame.page, frame.light, elements.reference),
+            hiding,
+            view: frame.view,
+            number,
+            share: plan.arrival.share(),
+            both: both && !through,
+            front: match style.visibility {
+                // What is nearly seen edge on cannot be compared with the surface before it.
+                Visibility::Solid => papers.front.map(|limit| limit.max(GRAZING)),
+                _ => papers.front,
+            },
+        }
+    }
+
+    /// What element `e` asks for.
+    #[inline(always)]
+    fn element(&self, e: usize) -> Asked {
+        let normal = self.elements.normal.at(e);
+        self.at(e, self.elements.position.at(e), normal, normal, 1.0)
+    }
+
+    /// What face `e` asks for at the place of a stipple: its tone is that of the place, so that large faces shade
+    /// smoothly.
+    #[inline(always)]
+    fn stipple(&self, stock: &Stock, i: usize) -> Asked {
+        let position = stock.position.at(i);
+        let (mut normal, mut facet) = (stock.normal.at(i), stock.facet.at(i));
+        if self.both && facet.dot(self.view.to_eye(position)) < 0.0 {
+            (normal, facet) = (-normal, -facet);
+        }
+        let stretch = stock.baked_density(i, 1.0);
+        self.at(stock.baked.element[i] as usize, position, normal, facet, stretch)
+    }
+
+    /// What element `e` asks for at a place with the normals `normal`, for tone, and `facet`, which must face the eye; it
+    /// is `stretch` times as large as when it was baked.
+    #[inline(always)]
+    fn at(&self, e: usize, position: Vec3, normal: Vec3, facet: Vec3, stretch: f32) -> Asked {
+        let Asking { elements, papers, tone, plan, hiding, .. } = *self;
         let none = Asked { spacing: f32::INFINITY, count: 0.0, radius: 0.0 };
-        let (sight, scale) = viewing.element(elements, e);
-        let cosine = if both { sight.n_dot_e.abs() } else { sight.n_dot_e };
-        let rim = front.map_or(1.0, |limit| ((cosine - limit) * (1.0 / RIM)).min(1.0));
+        let (sight, scale) = self.viewing.sight(position, normal, elements.value[e], elements.magnitude[e]);
+        let faced =
+            if self.number.is_empty() { sight.n_dot_e } else { facet.dot(self.view.to_eye(position)) };
+        let cosine = if self.both { faced.abs() } else { faced };
+        let rim = self.front.map_or(1.0, |limit| ((cosine - limit) * (1.0 / RIM)).min(1.0));
         let area = elements.area[e];
         // Not so for what is no number. Voxels that lie beyond the surface of their feature may lie behind the eye.
         if !(rim > 0.0 && area > 0.0 && scale > 0.0) {
@@ -61,31 +121,63 @@ pub(crate) fn ask(subject: &Subject, frame: &Frame, hiding: &Hidden, asked: &mut
         }
         let (share_drawn, size) = tone.at(e, &sight);
         let seen = if hiding.thins() {
-            let raised =
-                raised(elements.position.at(e), elements.normal.at(e), elements.reach, frame.view.eye);
-            let (x, y, depth) = frame.view.project(raised);
+            // From a little above its own surface, or a face would thin itself where it is steep.
+            let reach = if self.number.is_empty() { elements.reach } else { LIFT / scale };
+            let raised = raised(position, normal, reach, self.view.eye);
+            let (x, y, depth) = self.view.project(raised);
             let through = hiding.veil.map_or(1.0, |veil| veil.transmittance(x, y, depth));
-            through * hiding.before_focus(frame.view, x, y, depth)
+            through * hiding.before_focus(self.view, x, y, depth)
         } else {
             1.0
         };
-        let is_small = match papers.fraction {
-            Fraction::Probability => small(area * scale * scale, papers.min_area_px),
-            Fraction::Off | Fraction::Ink => 0.0,
+        let by_chance = papers.fraction == Fraction::Probability;
+        let is_small = if by_chance { small(area * scale * scale, papers.min_area_px) } else { 0.0 };
+        let (n_max, share_drawn) = (stretch * elements.n_max_of(e), seen * share_drawn);
+        let (count, drawn) = match self.number.get(e) {
+            None => {
+                let count = rim * count(n_max, share_drawn, is_small, random_of(e));
+                (count, count)
+            }
+            // Radii hold the whole number already.
+            Some(&number) => {
+                let asked = rim * n_max * share_drawn;
+                let weight = if by_chance { is_small.max(few(asked)) } else { 0.0 };
+                (asked, count(asked, 1.0, weight - 1.0, number))
+            }
         };
-        let count = rim * count(elements.n_max, seen * share_drawn, is_small, random_of(e));
         if count <= 0.0 || count.is_nan() {
             return none;
         }
-        let spacing = match papers.fraction {
+        let number = self.number.get(e).copied().unwrap_or(0.0);
+        let drawn = match papers.fraction {
             // Dot ⌈count⌉ is the last.
-            Fraction::Ink => spacing_of(area, count.ceil()),
-            Fraction::Off | Fraction::Probability => spacing_of(area, count / share),
+            Fraction::Ink => count.ceil() - number,
+            Fraction::Off | Fraction::Probability => drawn / self.share,
         };
-        let radius = plan.radius(sight.n_dot_e.abs()) * if papers.sized { size } else { 1.0 };
+        if drawn <= 0.0 {
+            return none;
+        }
+        let spacing = spacing_of(area, drawn);
+        let c = if self.number.is_empty() {
+            sight.n_dot_e.abs()
+        } else {
+            // As on any surface: the facet bounds what the smooth normal makes of a dot.
+            sight.n_dot_e.max(cosine.abs()).min(1.5 * cosine.abs())
+        };
+        let radius = plan.radius(c) * if papers.sized { size } else { 1.0 };
         Asked { spacing, count, radius }
-    };
-    (0..elements.len()).into_par_iter().with_min_len(1024).map(one).collect_into_vec(asked);
+    }
+}
+
+/// Works out what the elements of a subject ask for, thinned by what is known of what hides; returns the least of their
+/// spacings. Faces are asked where their stipples lie, and not here.
+pub(crate) fn ask(asking: &Asking, asked: &mut Vec<Asked>) -> f32 {
+    asked.clear();
+    if !asking.number.is_empty() {
+        return 0.0;
+    }
+    let count = asking.elements.len();
+    (0..count).into_par_iter().with_min_len(1024).map(|e| asking.element(e)).collect_into_vec(asked);
     // Positive floats are ordered as their bits, and so is infinity.
     f32::from_bits(asked.par_iter().map(|a| a.spacing.to_bits()).min().unwrap_or(f32::INFINITY.to_bits()))
 }
@@ -104,6 +196,8 @@ pub(crate) struct ElementSelector<'a> {
     pub view: &'a View,
     pub page: &'a Page,
     pub depth: Option<&'a DepthBuffer>,
+    pub asking: &'a Asking<'a>,
+    /// What each element asks for; empty for faces.
     pub asked: &'a [Asked],
     /// Added to every id: the object's number in the high bits.
     pub id_base: u64,
@@ -120,16 +214,21 @@ impl ElementSelector<'_> {
 
     fn select_by<const BY_INK: bool>(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
         let (baked, arrival) = (&self.stock.baked, self.plan.arrival);
+        let (faces, rank_mask) = (!self.asking.number.is_empty(), self.asking.elements.rank_mask());
         let margin = self.page.margin_px;
         let (right, bottom) = (self.page.width as f32 - margin, self.page.height as f32 - margin);
         for i in range {
-            let asked = self.asked[baked.element[i] as usize];
+            let asked = if faces {
+                self.asking.stipple(self.stock, i)
+            } else {
+                self.asked[baked.element[i] as usize]
+            };
             // Most stipples end here.
             if baked.radius[i] < asked.spacing {
                 continue;
             }
             let (size, strength) = if BY_INK {
-                (1.0, (asked.count - rank_of(baked.id[i]) as f32).clamp(0.0, 1.0))
+                (1.0, (asked.count - (baked.id[i] & rank_mask) as f32).clamp(0.0, 1.0))
             } else {
                 let arrived = arrival.at(baked.radius[i], asked.spacing);
                 match arrival.fade {
@@ -162,7 +261,7 @@ impl ElementSelector<'_> {
     #[inline(always)]
     fn hidden(&self, i: usize) -> bool {
         self.depth.is_some_and(|buffer| {
-            let reach = self.stock.elements.as_ref().map_or(0.0, |elements| elements.reach);
+            let reach = self.asking.elements.reach;
             let (position, normal) = (self.stock.position.at(i), self.stock.facet.at(i));
             let raised = raised(position, normal, reach, self.view.eye);
             let (x, y, depth) = self.view.project(raised);
@@ -171,5 +270,7 @@ impl ElementSelector<'_> {
     }
 }
 
+#[cfg(test)]
+mod face_tests;
 #[cfg(test)]
 mod tests;

@@ -14,7 +14,7 @@ use crate::plan::InkPlan;
 const RIM: f32 = 0.03;
 
 /// How far above its own surface a place is looked at through translucent matter, pixels.
-const LIFT: f32 = 2.0;
+pub(crate) const LIFT: f32 = 2.0;
 
 /// Everything that the stipples of one object share in a frame.
 pub(crate) struct Selector<'a> {

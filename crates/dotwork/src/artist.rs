@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use dotwork_drawing::{Color, Drawing, Layer, Page, View};
 use dotwork_ink::lines::SurfaceLines;
-use dotwork_ink::{Stock, Style};
+use dotwork_ink::{Elements, Stock, Style};
 use dotwork_mesh::Mesh;
 use dotwork_render::{CpuBackend, Frame, InkPlan, Needed, Subject};
 use glam::Vec3;
@@ -49,8 +49,9 @@ impl Planned {
         let edges = Edges::of(object);
         let mesh = object.moving.as_ref().map_or(&object.mesh, |moving| moving.reference_mesh());
         let same_plan = old.filter(|p| {
-            // The elements of a stock are what its plan looks at, too.
-            let same_bake = Arc::ptr_eq(&p.stock.baked, &stock.baked) && stock.elements.is_none();
+            // The values of voxels are what a plan looks at, too.
+            let of_surface = stock.elements.as_ref().is_none_or(Elements::are_faces);
+            let same_bake = Arc::ptr_eq(&p.stock.baked, &stock.baked) && of_surface;
             (same_bake || Arc::ptr_eq(&p.stock, stock)) && p.style == object.style && p.page == *page
         });
         let same_lines = old.filter(|p| Arc::ptr_eq(&p.mesh, mesh) && p.edges == edges);

@@ -60,10 +60,12 @@
 //!   `bzip2`, `nifti`, `metaimage`, `vtk`, `tiff`.
 
 mod artist;
+mod bake_warnings;
 mod curves;
 #[cfg(feature = "files")]
 mod dots_file;
 mod endless;
+mod faces;
 #[cfg(feature = "files")]
 mod files;
 mod film;

@@ -5,10 +5,12 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use dotwork_drawing::{Camera, Light, Page, Standpoint, Strokes, View, Warnings};
-use dotwork_ink::bake::{reference_scale, voxel};
+use dotwork_ink::bake::voxel;
 use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
-use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
+use dotwork_ink::{
+    BakeMethod, BakeSettings, Elements, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise,
+};
 use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, Motion, RawMesh};
 use dotwork_render::Needed;
 use dotwork_volume::{Space, Unit, Volume};
@@ -17,6 +19,7 @@ use glam::{DVec3, Vec3};
 use crate::artist::Artist;
 use crate::curves;
 use crate::endless::Endless;
+use crate::faces;
 use crate::moving::{Density, Moving, Pose};
 use crate::placement::Placement;
 use crate::scale_bar::ScaleBar;
@@ -42,9 +45,6 @@ const SEEN_TIMES: f64 = 4.0;
 
 /// Stipples of the first, small bake that tells how many are needed.
 const PILOT_STIPPLES: usize = 16_384;
-
-/// By how much the scale of a view may differ from that of a voxel bake before it is said.
-const OTHER_SCALE: f32 = 2.0;
 
 /// How many stipples are baked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -255,8 +255,9 @@ impl Object {
     /// Draws this object in another style from now on.
     ///
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
-    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`, `clip`),
-    /// so that the next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
+    /// a voxel or face bake are dropped by what makes them another bake (`bake`, `k_max`, `factors`; of voxels `slab`,
+    /// `gradient_min`, `clip`; of faces `rank`), so that the next one makes them anew; but without its volume, as from a
+    /// `.dots` file, an object keeps the voxels' that it has, unless it is asked for those of its faces.
     /// So are the voxels of its curves by a larger `t_log`, a smaller `t_grad` or another `clip`; they stay with any other
     /// `t_eye`.
     ///
@@ -292,18 +293,20 @@ impl Object {
             let mesh = Mesh::build(raw, &options, &mut Warnings::new())?;
             // A mesh in order keeps its triangles; stipples of any other have lost their places.
             let kept = mesh.triangles == old.triangles && mesh.positions == old.positions;
-            self.stock = self.stock.take().and_then(|s| match s.elements {
-                Some(_) => Some(s),
-                None => kept.then(|| Arc::new(Stock::on_mesh(s.baked.clone(), &mesh))),
+            self.stock = self.stock.take().and_then(|s| match &s.elements {
+                Some(elements) if !elements.are_faces() => Some(s),
+                _ => kept.then(|| s.following(&mesh)).flatten().map(Arc::new),
             });
             self.mesh = Arc::new(mesh);
         }
         let clip_changes = style.clip != self.style.clip;
-        let bake_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min, s.factors);
-        let by_voxels = |s: &Style| self.volume.is_some() && s.bake == BakeMethod::Voxel;
-        if (clip_changes || bake_of(&style) != bake_of(&self.style))
-            && (by_voxels(&style) || by_voxels(&self.style))
-        {
+        let (old, new) = (self.lists(&self.style), self.lists(&style));
+        let either = |lists: Lists| old == lists || new == lists;
+        let voxels_of = |s: &Style| (s.bake, s.k_max, s.slab, s.gradient_min, s.factors);
+        let faces_of = |s: &Style| (s.k_max, s.rank, s.factors);
+        let voxels = either(Lists::Voxels) && (clip_changes || voxels_of(&style) != voxels_of(&self.style));
+        let faces = either(Lists::Faces) && faces_of(&style) != faces_of(&self.style);
+        if old != new || voxels || faces {
             self.stock = None;
         }
         self.style = style;
@@ -332,9 +335,27 @@ impl Object {
         self.draws_curves() && self.volume.is_some() && !there
     }
 
-    /// Whether its stipples are, or will be, those of the voxels of its volume.
-    fn by_voxels(&self) -> bool {
-        self.style.bake == BakeMethod::Voxel && self.volume.is_some()
+    /// Whose lists its stipples are in this style, or will be once they are baked.
+    fn lists(&self, style: &Style) -> Lists {
+        let cut = self.source.as_ref().is_some_and(|source| source.cut.is_some());
+        let elements = self.stock.as_ref().and_then(|stock| stock.elements.as_ref());
+        match style.bake {
+            BakeMethod::Face => Lists::Faces,
+            BakeMethod::Voxel if self.volume.is_some() => Lists::Voxels,
+            // Those of a file without its volume stay.
+            BakeMethod::Voxel if elements.is_some_and(|elements| !elements.are_faces()) => Lists::None,
+            BakeMethod::Voxel if style.factors == Factors::Papers && !cut => Lists::Faces,
+            BakeMethod::Voxel | BakeMethod::BlueNoise => Lists::None,
+        }
+    }
+
+    /// Whether the number of its stipples follows from view and page.
+    fn counted_by_view(&self) -> bool {
+        match self.lists(&self.style) {
+            Lists::Voxels => true,
+            Lists::Faces => self.style.factors == Factors::Papers,
+            Lists::None => false,
+        }
     }
 
     /// Takes coordinates relative to `origin` from now on, so that the object lies where it should beside others.
@@ -364,33 +385,39 @@ impl Object {
             curves.lattice.origin += DVec3::from_array(shift);
             curves.settle();
         }
-        self.stock = self.stock.take().map(|s| match &s.elements {
-            None => Arc::new(Stock::on_mesh(s.baked.clone(), mesh)),
+        self.stock = self.stock.take().map(|s| match s.elements.as_ref().and_then(Elements::recipe) {
             // Baked again where they now are: moved stipples would differ by rounding from those of a file.
-            Some(elements) => {
-                let (mut voxels, settings) = elements.recipe();
+            Some((mut voxels, settings)) => {
                 voxels.position.translate(Vec3::from_array(shift.map(|v| v as f32)));
                 Arc::new(voxel(&voxels, &settings, &mut Warnings::new()))
             }
+            None => s.following(mesh).map_or(s, Arc::new),
         });
         true
     }
 
-    /// Bakes `count` stipples, or those of the voxels of its volume, whose number follows from view and page.
+    /// Bakes `count` stipples, or those of its voxels or faces, whose number may follow from view and page.
     fn bake(&mut self, count: usize, seed: u32, (view, page): (&View, &Page), progress: &mut dyn FnMut(f32)) {
-        if let Some(volume) = self.volume.as_ref().filter(|_| self.by_voxels()) {
+        let lists = self.lists(&self.style);
+        self.endless = None;
+        // What moves is baked in one pose, whatever pose it has.
+        let surface = self.moving.as_ref().map_or(&self.mesh, |moving| moving.reference_mesh());
+        if lists == Lists::Faces {
+            let stock = faces::bake(surface, &self.style, count, (view, page), seed, progress);
+            self.stock = Some(Arc::new(stock.posed(&self.mesh, None)));
+            return;
+        }
+        if let Some(volume) = self.volume.as_ref().filter(|_| lists == Lists::Voxels) {
             let iso = self.source.as_ref().and_then(|source| source.iso);
             let removed = self.removed();
             let ask =
                 voxels::Ask { origin: self.mesh.origin, iso, removed, style: &self.style, view, page, seed };
             if let Some(stock) = voxels::bake(volume, &ask, progress) {
-                (self.stock, self.endless) = (Some(Arc::new(stock)), None);
+                self.stock = Some(Arc::new(stock));
                 return;
             }
         }
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
-        // What moves is baked in one pose, whatever pose it has.
-        let surface = self.moving.as_ref().map_or(&self.mesh, |moving| moving.reference_mesh());
         let baked = blue_noise(&MeshSurface::new(&**surface), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
         self.endless = Some(Endless::new(self.style.regularity, seed));
@@ -400,6 +427,17 @@ impl Object {
 /// How the mesh of an object that moves is put in order.
 fn moving_options(style: &Style) -> MeshOptions {
     MeshOptions { crease_angle: style.crease_angle, ..MeshOptions::default() }
+}
+
+/// Whose lists the stipples of an object are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lists {
+    /// There is one order over its surface.
+    None,
+    /// The voxels of its volume.
+    Voxels,
+    /// The faces of its surface.
+    Faces,
 }
 
 /// Everything a drawing depends on.
@@ -512,7 +550,8 @@ impl Scene {
     /// Bakes what has not been baked. `progress` is called with a share 0…1.
     ///
     /// With [`Stipples::Auto`] a small bake first measures how dense this view's darkest tones are. A volume whose style
-    /// has the bake `voxel` gets as many as its voxels show in this view, whatever [`Scene::stipples`] says.
+    /// has the bake `voxel` gets as many as its voxels show in this view, whatever [`Scene::stipples`] says; so does any
+    /// object whose faces have lists and whose style has the papers' factors.
     pub fn bake(&mut self, progress: impl FnMut(f32)) {
         self.bake_for(&[], progress);
     }
@@ -526,13 +565,13 @@ impl Scene {
         if missing.is_empty() {
             return;
         }
-        let (by_voxels, mut by_count): (Vec<usize>, Vec<usize>) =
-            missing.into_iter().partition(|&k| self.objects[k].by_voxels());
-        let share = by_voxels.len() as f32 / (by_voxels.len() + by_count.len()) as f32;
-        self.bake_some(&by_voxels, &vec![1; by_voxels.len()], |p| progress(share * p));
+        let (by_view, mut by_count): (Vec<usize>, Vec<usize>) =
+            missing.into_iter().partition(|&k| self.objects[k].counted_by_view());
+        let share = by_view.len() as f32 / (by_view.len() + by_count.len()) as f32;
+        self.bake_some(&by_view, &vec![1; by_view.len()], |p| progress(share * p));
         // A volume without boundaries: its stipples lie on the surface, as many as there are on others.
         let carries = |k: &usize| self.objects[*k].stock.as_ref().is_some_and(|s| s.elements.is_some());
-        by_count.extend(by_voxels.into_iter().filter(|k| !carries(k)));
+        by_count.extend(by_view.into_iter().filter(|k| !carries(k)));
         let counts: Vec<usize> = match self.stipples {
             Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
@@ -562,8 +601,8 @@ impl Scene {
         self.bake_some(&by_count, &counts, |p| progress(share + (1.0 - share) * p));
     }
 
-    /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says; a volume with the bake `voxel` gets
-    /// those that this view gives it. `progress` is called with a share 0…1.
+    /// Bakes `counts[k]` stipples for object `k`, whatever [`Scene::stipples`] says; lists of voxels, and with the papers'
+    /// factors those of faces, get what this view gives them. `progress` is called with a share 0…1.
     pub fn bake_counts(&mut self, counts: &[usize], progress: impl FnMut(f32)) {
         self.bake_curves();
         let all: Vec<usize> = (0..self.objects.len().min(counts.len())).collect();
@@ -597,7 +636,8 @@ impl Scene {
         progress(1.0);
     }
 
-    /// What each of the papers' factors does to the voxels of object `k` in this view; `None` if it has none, or is not
+    /// What each of the papers' factors does to the voxels or faces of object `k` in this view; `None` if it has no
+    /// lists of them, or is not
     /// baked.
     pub fn factor_histograms(&self, k: usize) -> Option<Vec<FactorHistogram>> {
         let object = self.objects.get(k)?;
@@ -607,71 +647,9 @@ impl Scene {
         Some(factor_histograms(elements, &object.style, &view, &self.page, light))
     }
 
-    /// What is to be said about the stipples of the baked objects in this view: `bake=voxel` where there is no volume
-    /// for it, voxels whose lists had to be shortened, and a scale of more than twice or less than half of that which
-    /// voxels were baked for.
-    pub fn bake_warnings(&self) -> Warnings {
-        let mut warnings = Warnings::new();
-        let scale = reference_scale(&self.view(), &self.page);
-        for object in &self.objects {
-            let (Some(stock), name) = (&object.stock, &object.name) else { continue };
-            let cut = object.source.as_ref().is_some_and(|source| source.cut.is_some());
-            if object.draws_curves() && !cut {
-                curve_warnings(object, &mut warnings);
-            }
-            let Some(elements) = &stock.elements else {
-                if object.style.bake == BakeMethod::Voxel && !cut {
-                    warnings.say(format!(
-                        "{name}: there are no voxels for bake=voxel; its dots lie on its surface"
-                    ));
-                }
-                continue;
-            };
-            if object.style.bake != BakeMethod::Voxel {
-                warnings
-                    .say(format!("{name}: its stipples are those of voxels, from a file without the volume"));
-            }
-            if elements.n_max < elements.wanted {
-                warnings.say(format!(
-                    "{name}: a voxel shows {} stipples instead of {:.0}; a smaller k_max asks for fewer",
-                    elements.n_max, elements.wanted
-                ));
-            }
-            if let Some(of_bake) = elements.reference {
-                let times = scale / of_bake;
-                if !(1.0 / OTHER_SCALE..=OTHER_SCALE).contains(&times) {
-                    warnings.say(format!(
-                        "{name}: its voxels were baked for a picture of another scale (this one is {times:.2} times that)"
-                    ));
-                }
-            }
-        }
-        warnings
-    }
-
     /// Bakes what has not been baked and draws one picture. For more than one, keep an [`Artist`].
     pub fn draw(&mut self) -> dotwork_drawing::Drawing {
         self.bake(|_| ());
         Artist::new().draw(self)
-    }
-}
-
-/// What is to be said about the curves of an object that is to draw some.
-fn curve_warnings(Object { name, curves, style, .. }: &Object, warnings: &mut Warnings) {
-    let Some(curves) = curves else {
-        warnings.say(format!("{name}: there are no voxels for curves=true"));
-        return;
-    };
-    if !curves.holds(&Criteria::of(style)) {
-        warnings.say(format!(
-            "{name}: its curves have t_log up to {} and t_grad from {}, from a file without the volume",
-            curves.t_log, curves.t_grad
-        ));
-    }
-    if curves.least > curves.t_grad && curves.least > style.t_grad {
-        warnings.say(format!(
-            "{name}: too many voxels for curves; t_grad counts as {:.3}, a larger one or a smaller t_log asks for fewer",
-            curves.least
-        ));
     }
 }

@@ -280,6 +280,38 @@ fn ball(curves: bool) -> Scene {
 }
 
 #[test]
+fn hostile_faces_are_refused() {
+    use Change::{Drop, F32, Kind, Text};
+    let (areas, numbers) = ("0/faces/areas", "0/faces/numbers");
+    let style = Style { k_max: 0.01, ..preset("papers-surface").unwrap() };
+    let mut scene = open("demo:plate", &style, &mut Warnings::new()).unwrap();
+    scene.bake(|_| ());
+    let file = Reader::from_bytes(Path::new("x.dots"), encode_dots(&scene)).unwrap();
+    let mut cases: Vec<(&str, Change, &str)> = vec![
+        (areas, F32(|v| v[5] = f32::NAN), "area"),
+        (areas, F32(|v| v[5] = -1.0), "area"),
+        (areas, F32(|v| v[5] = f32::INFINITY), "area"),
+        (numbers, F32(|v| v[5] = f32::NAN), "number"),
+        (numbers, F32(|v| v[5] = -0.1), "number"),
+        (numbers, F32(|v| v[5] = 1.0), "number"),
+        ("surfaces", Text("n_max = ", "n_max = -"), "n_max"),
+        ("surfaces", Text("n_max = ", "n_min = "), "n_max"),
+        ("surfaces", Text("wanted = ", "wanted = nan # "), "wanted"),
+        ("surfaces", Text("seed = ", "seed = -1 # "), "seed"),
+        ("surfaces", Text("reference = ", "reference = 0.0 # "), "reference"),
+        ("0/radius", F32(|v| v.reverse()), "radii"),
+        ("0/element", Drop, "0/element"),
+    ];
+    for section in [areas, numbers] {
+        cases.push((section, Drop, section));
+        cases.push((section, Kind, "holds u32, not f32"));
+        cases.push((section, F32(|v| v.truncate(10)), "elements"));
+        cases.push((section, F32(Vec::clear), "elements"));
+    }
+    refuse_all(&file, cases);
+}
+
+#[test]
 fn hostile_voxels_are_refused() {
     use Change::{Drop, F32, Kind, Text};
     let (positions, normals) = ("0/voxels/positions", "0/voxels/normals");

@@ -266,9 +266,10 @@ fn what_is_doubtful_is_said() {
     scene.camera.zoom = 0.2;
     assert!(said(&scene).contains("0.40 times"), "{}", said(&scene));
 
+    // With a sum of ink there is no meaning that voxels could have for a mesh.
     let raw = dotwork::mesh::shapes::demo("torus").unwrap();
-    let mut mesh = Scene::of(Object::new("torus", raw, papers(), &mut Warnings::new()).unwrap());
-    assert_eq!(mesh.objects[0].style.bake, BakeMethod::Voxel);
+    let style = Style { bake: BakeMethod::Voxel, ..Style::default() };
+    let mut mesh = Scene::of(Object::new("torus", raw, style, &mut Warnings::new()).unwrap());
     (mesh.page, mesh.stipples) = (page(), Stipples::Count(3000));
     mesh.bake(|_| ());
     assert!(stock(&mesh).elements.is_none() && draw(&mesh).dot_count() > 100);
@@ -295,7 +296,7 @@ fn voxels_that_are_clipped_away_carry_no_dots() {
         let dots = &draw(scene).layers[0].dots;
         dots.stipple.iter().map(|&i| stock(scene).position.at(i as usize).x - middle).collect()
     };
-    let edge = stock(&cut).elements.as_ref().unwrap().recipe().0.edges[0].length();
+    let edge = stock(&cut).elements.as_ref().unwrap().recipe().unwrap().0.edges[0].length();
     let beyond = |places: &[f32]| places.iter().filter(|&&x| x > 0.75 * edge).count();
     let before = |places: &[f32]| places.iter().filter(|&&x| x < -0.75 * edge).count();
     let (whole_places, cut_places) = (across(&whole), across(&cut));

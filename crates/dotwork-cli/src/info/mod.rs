@@ -255,7 +255,7 @@ fn settings_rows(scene: &Scene) -> Vec<(&'static str, String)> {
             "light",
             format!("{},{} from the {}", scene.light.azimuth, scene.light.elevation, light_frame(scene)),
         ),
-        ("bake", format!("blue-noise, stipples {}, seed {}", scene.stipples, scene.seed)),
+        ("bake", format!("{}, stipples {}, seed {}", methods(scene), scene.stipples, scene.seed)),
     ];
     if let Some(bar) = &scene.scale_bar {
         rows.push(("scale bar", bar.to_string()));
@@ -265,6 +265,23 @@ fn settings_rows(scene: &Scene) -> Vec<(&'static str, String)> {
         rows.push(("pens", format!("{} mm", pens.join(", "))));
     }
     rows
+}
+
+/// Who made the stipples of the objects, each maker once; of objects that are not baked, who will by default.
+fn methods(scene: &Scene) -> String {
+    let mut methods: Vec<&str> = Vec::new();
+    for object in &scene.objects {
+        let elements = object.stock.as_ref().and_then(|stock| stock.elements.as_ref());
+        let method = match elements.map(|elements| elements.are_faces()) {
+            None => "blue-noise",
+            Some(true) => "face",
+            Some(false) => "voxel",
+        };
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    methods.join(", ")
 }
 
 fn light_frame(scene: &Scene) -> &'static str {
@@ -288,7 +305,7 @@ fn settings_json(value: &mut Value, scene: &Scene) {
         "azimuth": scene.light.azimuth, "elevation": scene.light.elevation, "frame": light_frame(scene),
     });
     value["bake"] =
-        json!({ "method": "blue-noise", "stipples": scene.stipples.to_string(), "seed": scene.seed });
+        json!({ "method": methods(scene), "stipples": scene.stipples.to_string(), "seed": scene.seed });
     value["scale_bar"] = json!(scene.scale_bar.as_ref().map(ToString::to_string));
     value["pens_mm"] = json!(scene.pens);
 }

@@ -85,7 +85,7 @@ fn tone_of_tilted_plates() {
 }
 
 /// The dots of a face-on unit square drawn at a tone, in units of the square.
-fn plate_dots(folder: &Folder, mesh: &Path, options: &str) -> Vec<[f64; 2]> {
+pub fn plate_dots(folder: &Folder, mesh: &Path, options: &str) -> Vec<[f64; 2]> {
     let csv = folder.path("plate.csv");
     dotwork(&format!("--style flat --camera 0,0 --ortho --size 2048x2048 {options}"), mesh, &csv);
     let table = Table::read(&csv);

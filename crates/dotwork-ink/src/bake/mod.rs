@@ -2,12 +2,16 @@
 
 mod blue_noise;
 mod buckets;
+mod face;
 mod refine;
 mod voxel;
 
 pub use blue_noise::{BakeSettings, MAX_STIPPLES, blue_noise};
+pub(crate) use face::rank_mask;
+pub use face::{FaceSettings, face};
 pub use refine::{Brick, Cell, Refinement};
+pub(crate) use voxel::RANK_MASK;
 pub use voxel::{
-    MAX_IN_VOXEL, MIN_VOXEL_PX, VoxelSettings, Voxels, box_filter, box_filter_level, n_max, rank_of,
-    reference_scale, spacing_of, voxel,
+    MAX_IN_VOXEL, MIN_VOXEL_PX, VoxelSettings, Voxels, box_filter, box_filter_level, n_max, reference_scale,
+    spacing_of, voxel,
 };

@@ -12,7 +12,7 @@ use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 use values::Value;
 pub use values::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, OutlineColor, PaletteChoice, Role, SilhouetteForm, SizeMax, SurfaceChoice, TwoSided,
+    Inked, Keep, OutlineColor, PaletteChoice, Rank, Role, SilhouetteForm, SizeMax, SurfaceChoice, TwoSided,
     Visibility, Window,
 };
 
@@ -156,6 +156,9 @@ style! {
             "How far the surface's own colours, where it has any, make the tone instead of the light.",
             "ink + texture * (tone * (1 - luminance) - ink)";
         back: f32 = 0.15, UNIT, "ink", "Additional ink on back faces of open surfaces.", "ink + back where n.E < 0";
+        toon: f32 = 0.0, UNIT, "cosine",
+            "Makes a silhouette of dots: places whose cosine between normal and eye is smaller are black; 0 makes none.",
+            "ink + (1 - ink) * min(1, (1.1 toon - |n.E|) / (0.1 toon)); Lu et al. 2003, 5.6";
     }
     "Dots" {
         dots: bool = true, Kind::Switch, "", "Draws dots; false leaves the lines alone.", "";
@@ -247,8 +250,12 @@ style! {
             "How tone is made: as a sum of ink, or as a count of dots, the product of the papers' factors below.",
             "count = N_max * tone * T_b * T_s * T_r * T_l * T_d * T_i, cut to N_max; Lu et al. 2002, eq 2 and 3";
         bake: BakeMethod = BakeMethod::BlueNoise, Kind::Choice(BakeMethod::WORDS), "",
-            "Who makes the order of the stipples: one even order over the surface, or a list for each voxel of a volume.",
-            "voxel: Lu et al. 2002, section 4.3";
+            "Who makes the order of the stipples: one even order over the surface, or a list for each voxel of a volume, \
+             or for each face of a mesh. With the papers' factors voxel means the faces where there is no volume.",
+            "voxel: Lu et al. 2002, section 4.3; face: Lu et al. 2003, section 4";
+        rank: Rank = Rank::Even, Kind::Choice(Rank::WORDS), "",
+            "Which faces show a dot first where each asks for less than one: even spreads them, random leaves it to chance.",
+            "the number u of a face; random: Lu et al. 2003, 5.2";
         boundary: bool = true, Kind::Switch, "", "Draws more where values are high and gradients strong.",
             "T_b = v * (k_gc + k_gs * |G|^k_ge); Lu et al. 2002, eq 5";
         k_gc: f32 = 0.39, STRENGTH, "", "How much the value itself counts for the boundary factor.", "see boundary";
@@ -279,19 +286,21 @@ style! {
             "Diameter of a dot of the strongest gradient, from which the others follow; off draws all with dot_size.",
             "size = |G| * size_max * T_r * T_d * T_i; Lu et al. 2002, eq 4";
         k_max: f32 = 0.2, Kind::Number { min: 0.01, max: 4.0 }, "",
-            "Most stipples of a voxel, over the pixels that it covers in the view of the bake, of which a page has a thousand.",
-            "N_max = k_max * rendered area / (X * Y * Z)^(2/3); Lu et al. 2002, eq 1";
+            "Most stipples of a voxel or a face, over the pixels that it covers in the view of the bake, of which a page has \
+             a thousand.",
+            "N_max = k_max * rendered area / (X * Y * Z)^(2/3); Lu et al. 2002, eq 1; of a face k_max * its area";
         gradient_min: GradientMin = GradientMin(None), Kind::Text("auto | SHARE"), "of the strongest gradient",
             "Gradients that are weaker carry no stipples; auto finds the boundaries from the gradients' histogram.",
             "Lu et al. 2002, section 4.3";
         slab: f32 = 0.5, Kind::Number { min: 0.0, max: 4.0 }, "voxels",
             "Distance of the two planes between which a voxel's stipples lie.", "Lu et al. 2002, section 4.3";
         fraction: Fraction = Fraction::Probability, Kind::Choice(Fraction::WORDS), "",
-            "What becomes of fractions of a dot: they are rounded (off), drawn as weaker dots (ink), or, where voxels are \
-             small on the page, taken as probabilities.",
-            "probability: count + w * (u - 1/2), u random for each voxel, w = 1 - min(1, area / min_area_px); Lu et al. 2003, 5.2";
+            "What becomes of fractions of a dot: they are rounded (off), drawn as weaker dots (ink), or, where voxels or \
+             faces are small on the page or faces ask for few dots, taken as probabilities.",
+            "probability: count + w * (u - 1/2), u random for each voxel, w = 1 - min(1, area / min_area_px), for faces at \
+             least min(1, 2 - count / 16); Lu et al. 2003, 5.2";
         min_area_px: f32 = 5.0, Kind::Number { min: 2.0, max: 9.0 }, "px^2",
-            "Area on the page below which a voxel counts as small.", "see fraction";
+            "Area on the page below which a voxel or a face counts as small.", "see fraction";
         curves: bool = false, Kind::Switch, "",
             "Draws the silhouette curves of a volume from its voxels, in the place of its outlines.",
             "voxels with |LoG| <= t_log, |n.E| < t_eye and |G| > t_grad; Lu et al. 2002, section 5.6; with factors=papers";

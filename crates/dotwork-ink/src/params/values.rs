@@ -230,6 +230,18 @@ choice! {
         BlueNoise = "blue-noise",
         /// A list for each voxel of a volume.
         Voxel = "voxel",
+        /// A list for each face of a mesh.
+        Face = "face",
+    }
+}
+
+choice! {
+    /// Which faces show a dot first where each asks for less than one.
+    Rank {
+        /// Those that are evenly spread.
+        Even = "even",
+        /// Any.
+        Random = "random",
     }
 }
 

@@ -8,7 +8,8 @@ mod papers;
 use crate::params::{Inked, Style};
 pub use papers::{
     ElementTone, FACTORS, FactorHistogram, HISTOGRAM_BINS, PapersTone, Sight, Viewing, boundary, count,
-    distance, factor_histograms, front_limit, interior, lighting, random_of, resolution, silhouette, small,
+    distance, factor_histograms, few, front_limit, interior, lighting, random_of, resolution, silhouette,
+    small,
 };
 
 /// What the tone of a place depends on.
@@ -28,6 +29,17 @@ pub struct Lit {
     pub own: Option<f32>,
 }
 
+/// How far a place belongs to the toon silhouette, 0…1: 1 where the cosine between its normal and the eye is at most
+/// `threshold`, 0 from a tenth more on (Lu et al. 2003, section 5.6, the second approach). Nothing does at `threshold` 0.
+#[inline(always)]
+pub fn toon(n_dot_e: f32, threshold: f32) -> f32 {
+    if threshold > 0.0 {
+        ((1.1 * threshold - n_dot_e.abs()) / (0.1 * threshold)).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
 /// The tone of one style, with its powers tabulated.
 #[derive(Clone, Debug)]
 pub struct Tone {
@@ -45,6 +57,7 @@ pub struct Tone {
     texture: f32,
     /// Factor on the surface's own tone.
     tone: f32,
+    toon: f32,
 }
 
 impl Tone {
@@ -71,6 +84,7 @@ impl Tone {
             back: style.back,
             texture: style.texture,
             tone: style.tone,
+            toon: style.toon,
         }
     }
 
@@ -93,7 +107,8 @@ impl Tone {
         if self.highlight > 0.0 {
             ink = (ink - self.highlight) / (1.0 - self.highlight);
         }
-        ink.clamp(0.0, self.max)
+        let ink = ink.clamp(0.0, self.max);
+        ink + (1.0 - ink) * toon(lit.n_dot_e, self.toon)
     }
 }
 
@@ -174,6 +189,17 @@ mod tests {
         assert_eq!((at(&style, Some(0.0)), at(&style, Some(0.5)), at(&style, None)), (0.0, 0.25, 0.5));
         style.texture = 0.5;
         assert_eq!(at(&style, Some(0.5)), 0.375);
+    }
+
+    #[test]
+    fn the_toon_silhouette_is_black_up_to_its_threshold_and_not_beyond() {
+        let style = Style { tone: 0.3, toon: 0.2, ..preset("flat").unwrap() };
+        let tone = Tone::new(&style);
+        let inks = [0.0, 0.1, 0.2, 0.21, 0.22, 0.5].map(|c| tone.ink(&lit(0.0, c)));
+        for (ink, expected) in inks.into_iter().zip([1.0, 1.0, 1.0, 0.65, 0.3, 0.3]) {
+            assert!((ink - expected).abs() < 1e-4, "{inks:?}");
+        }
+        assert_eq!((toon(0.0, 0.0), toon(-0.1, 0.2)), (0.0, 1.0));
     }
 
     #[test]

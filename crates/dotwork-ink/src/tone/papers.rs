@@ -13,7 +13,7 @@ use dotwork_drawing::{Page, View};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Table;
+use super::{Table, toon};
 use crate::bake::reference_scale;
 use crate::params::{Factors, SilhouetteForm, Style, TwoSided, Visibility};
 use crate::stock::Elements;
@@ -74,6 +74,15 @@ pub fn small(area_px: f32, min_area_px: f32) -> f32 {
 /// A count is drawn rounded. With w₂ = 1 the rounding is fair: the mean over u is `N_max · T`.
 pub fn count(n_max: f32, tone: f32, small: f32, u: f32) -> f32 {
     n_max * tone + small * (u - 0.5)
+}
+
+/// From how few dots on the rounding of a face's count shows, and from how many on it does not.
+const FEW: f32 = 16.0;
+
+/// How few dots a face asks for, 1 up to 16, falling to 0 at 32. A face is small in this way too, whatever its area on the
+/// page: rounded, equal faces that ask for 0.4 of a dot would all show none, and the tessellation would make the tone.
+pub fn few(count: f32) -> f32 {
+    (2.0 - count / FEW).clamp(0.0, 1.0)
 }
 
 /// The random number of element `e`, 0…1: the same in every view and every bake.
@@ -162,6 +171,15 @@ impl PapersTone {
         [s.boundary, s.silhouette != 0.0, s.resolution != 0.0, s.lighting, s.distance != 0.0, s.interior]
     }
 
+    /// The factors that elements have: of those of faces none that need a value or a gradient (2003, table 1).
+    fn of(style: &Style, elements: &Elements) -> PapersTone {
+        let mut tone = PapersTone::new(style);
+        if elements.are_faces() {
+            (tone.0.boundary, tone.0.silhouette, tone.0.interior) = (false, 0.0, false);
+        }
+        tone
+    }
+
     /// The factors of an element, in the order of [`FACTORS`]; 1 where one is off.
     pub fn factors(&self, sight: &Sight) -> [f32; 6] {
         let (s, on) = (&self.0, self.on());
@@ -182,14 +200,16 @@ impl PapersTone {
 
     /// The share of its most dots that an element asks for, 0…1: `tone` and the product of the factors, cut to 1.
     pub fn tone(&self, sight: &Sight) -> f32 {
-        (self.0.tone * self.factors(sight).iter().product::<f32>()).min(1.0)
+        let tone = (self.0.tone * self.factors(sight).iter().product::<f32>()).min(1.0);
+        tone + (1.0 - tone) * toon(sight.n_dot_e, self.0.toon)
     }
 
     /// The share of its most dots that a place of a surface without elements asks for, 0…1: of the factors only those
     /// that surfaces have (2003, table 1), resolution, lighting and distance.
     pub fn surface(&self, sight: &Sight) -> f32 {
         let [_, _, resolution, lighting, distance, _] = self.factors(sight);
-        (self.0.tone * resolution * lighting * distance).min(1.0)
+        let tone = (self.0.tone * resolution * lighting * distance).min(1.0);
+        tone + (1.0 - tone) * toon(sight.n_dot_e, self.0.toon)
     }
 
     /// Share of the largest dot that an element's dots have (eq 4), 0…1: `|G|` and, of the factors, resolution,
@@ -214,12 +234,13 @@ pub struct ElementTone {
     /// Against `z/a` from −1 to 1.
     distance: Table,
     k_re: f32,
+    toon: f32,
 }
 
 impl ElementTone {
     /// The tone of a style on these elements.
     pub fn new(style: &Style, elements: &Elements) -> ElementTone {
-        let tone = PapersTone::new(style);
+        let tone = PapersTone::of(style, elements);
         let [_, by_silhouette, by_resolution, ..] = tone.on();
         let of = |e: usize| {
             let (value, magnitude) = (elements.value[e], elements.magnitude[e]);
@@ -241,6 +262,7 @@ impl ElementTone {
             lighting: Table::new(|u| sight(0.0, 2.0 * u - 1.0, 0.0)[3]),
             distance: Table::new(|u| sight(0.0, 0.0, 2.0 * u - 1.0)[4]),
             k_re: if by_resolution { style.k_re } else { 0.0 },
+            toon: style.toon,
         }
     }
 
@@ -255,7 +277,9 @@ impl ElementTone {
         let depth = ratio * self.distance.at(0.5 * sight.z_over_a + 0.5);
         let c = sight.n_dot_e.abs();
         let tone = self.fixed[e] * self.facing[0].at(c) * self.lighting.at(0.5 * sight.n_dot_l + 0.5) * depth;
-        (tone.min(1.0), (self.size[e] * self.facing[1].at(c) * depth).min(1.0))
+        let tone = tone.min(1.0);
+        let tone = tone + (1.0 - tone) * toon(c, self.toon);
+        (tone, (self.size[e] * self.facing[1].at(c) * depth).min(1.0))
     }
 }
 
@@ -286,7 +310,7 @@ pub fn factor_histograms(
     page: &Page,
     light: Vec3,
 ) -> Vec<FactorHistogram> {
-    let tone = PapersTone::new(style);
+    let tone = PapersTone::of(style, elements);
     let viewing = Viewing::new(view, page, light, elements.reference);
     let limit = front_limit(style);
     let both = style.two_sided == TwoSided::Yes && style.visibility != Visibility::Through;

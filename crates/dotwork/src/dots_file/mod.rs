@@ -12,6 +12,7 @@
 //! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
 //! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
+//! | `K/faces/areas`, `K/faces/numbers` | beside these, where the bake is one of faces: an `f32` a triangle each; `surfaces` has `faces` with `n_max`, `wanted`, `seed`, `reference` |
 //! | `K/curves/voxels`, `K/curves/normals`, `K/curves/magnitudes`, `K/curves/laplacians` | where silhouette curves are drawn from voxels, those that may be part of them: numbers in the grid (`u32`, rising), three `f32`, then one; `surfaces` has `curves` with the grid's `dims`, `origin`, `edges`, and `t_log`, `t_grad`, `least` |
 //!
 //! A file may become no more than its length allows: four stipples of voxels and one voxel of curves for each byte, texts of
@@ -22,6 +23,7 @@
 //! more memory than a scene of its size may: what sections unpack to, texts, the stipples of voxels and the voxels of curves are limited.
 
 mod curves;
+mod faces;
 mod settings;
 mod voxels;
 
@@ -97,13 +99,16 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
             let colors: Vec<u32> = mesh.colors.iter().map(|&c| u32::from_le_bytes(c)).collect();
             file.section_u32(&section("colors"), &colors);
         }
-        if let Some(elements) = &stock.elements {
+        if let Some(elements) = stock.elements.as_ref().filter(|elements| !elements.are_faces()) {
             surface.insert("voxels".into(), voxels::write(&mut file, k, elements));
         } else {
             file.section_f32(&section("radius"), &bake.radius);
             file.section_u64(&section("id"), &bake.id);
             file.section_u32(&section("element"), &bake.element);
             file.section_f32(&section("weights"), bake.weights.as_flattened());
+        }
+        if let Some(faces) = stock.elements.as_ref().and_then(|e| faces::write(&mut file, k, e)) {
+            surface.insert("faces".into(), faces);
         }
         if let Some(curves) = curves_of(object) {
             surface.insert("curves".into(), curves::write(&mut file, k, curves));
@@ -262,7 +267,10 @@ fn read_object(
     if ids.last().is_some_and(|&id| id >= MAX_ID) || ids.par_windows(2).any(|w| w[0] == w[1]) {
         return Err(broken("the stipples' ids are not unique or too large"));
     }
-    let stock = Stock::on_mesh(baked, &mesh);
+    let stock = match surface.get("faces") {
+        None => Stock::on_mesh(baked, &mesh),
+        Some(text) => faces::read(file, k, text, baked, &mesh)?,
+    };
     Ok((mesh, stock))
 }
 

@@ -2,7 +2,7 @@
 
 use dotwork_drawing::Warnings;
 use dotwork_ink::bake::{MAX_IN_VOXEL, VoxelSettings, Voxels, voxel};
-use dotwork_ink::{Elements, MAX_STIPPLES, Stock, Vectors};
+use dotwork_ink::{Carrier, Elements, MAX_STIPPLES, Stock, Vectors};
 use dotwork_io::dots::{DotsError, Reader, Writer};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ fn most_stipples(file_length: usize) -> usize {
 
 /// The shortest file in which the voxels of `all` may become their stipples, bytes.
 pub(super) fn least_length<'a>(all: impl Iterator<Item = &'a Elements>) -> usize {
-    let stipples: usize = all.map(|e| stipples(e.len(), e.wanted)).sum();
+    let stipples: usize = all.filter(|e| !e.are_faces()).map(|e| stipples(e.len(), e.wanted)).sum();
     if stipples <= most_stipples(0) { 0 } else { stipples.div_ceil(STIPPLES_PER_BYTE) }
 }
 
@@ -53,7 +53,13 @@ impl Allowance {
 }
 
 /// Writes the voxels of object `k`, and gives what belongs in the text on its surface.
+///
+/// # Panics
+/// If the elements are no voxels.
 pub(super) fn write(file: &mut Writer, k: usize, elements: &Elements) -> Value {
+    let Carrier::Voxels { edges, slab } = elements.carrier else {
+        unreachable!("written where there are voxels")
+    };
     let section = |what: &str| format!("{k}/voxels/{what}");
     let flat = |v: &Vectors| (0..v.len()).flat_map(|i| v.at(i).to_array()).collect::<Vec<f32>>();
     file.section_f32(&section("positions"), &flat(&elements.position));
@@ -61,10 +67,10 @@ pub(super) fn write(file: &mut Writer, k: usize, elements: &Elements) -> Value {
     file.section_f32(&section("magnitudes"), &elements.magnitude);
     file.section_f32(&section("values"), &elements.value);
     let mut table = Table::new();
-    let edges = elements.edges.iter().flat_map(|e| e.to_array()).map(number).collect();
+    let edges = edges.iter().flat_map(|e| e.to_array()).map(number).collect();
     table.insert("edges".into(), Value::Array(edges));
     table.insert("n_max".into(), number(elements.wanted));
-    table.insert("slab".into(), number(elements.slab));
+    table.insert("slab".into(), number(slab));
     table.insert("seed".into(), Value::Integer(elements.seed.into()));
     if let Some(reference) = elements.reference {
         table.insert("reference".into(), number(reference));

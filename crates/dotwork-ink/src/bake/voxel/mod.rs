@@ -21,7 +21,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::MAX_STIPPLES;
-use crate::stock::{Baked, Elements, Stock, Vectors};
+use crate::stock::{Baked, Carrier, Elements, Stock, Vectors};
 use list::Scratch;
 pub use resolution::{MIN_VOXEL_PX, box_filter, box_filter_level, n_max, reference_scale};
 use section::Section;
@@ -91,11 +91,8 @@ pub fn spacing_of(area: f32, count: f32) -> f32 {
     (HEXAGONAL * area / count).sqrt()
 }
 
-/// Which of its element's stipples an id names, counted from 0.
-#[inline(always)]
-pub fn rank_of(id: u64) -> u32 {
-    (id & (MAX_IN_VOXEL as u64 - 1)) as u32
-}
+/// What takes the place in its voxel's list out of an id; see [`Elements::rank_mask`].
+pub(crate) const RANK_MASK: u64 = (1 << RANK_BITS) - 1;
 
 /// Bakes a list of stipples for each voxel.
 ///
@@ -155,8 +152,7 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
             area,
             n_max: settings.n_max.min(length as f32),
             wanted: settings.n_max,
-            edges: voxels.edges,
-            slab: settings.slab,
+            carrier: Carrier::Voxels { edges: voxels.edges, slab: settings.slab },
             seed: settings.seed,
             reach: reach(voxels.edges, edge * settings.slab),
             reference: settings.reference,
@@ -165,17 +161,18 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
 }
 
 impl Elements {
-    /// The voxels and the settings of which [`voxel`] makes the stock that has these elements.
-    pub fn recipe(&self) -> (Voxels, VoxelSettings) {
+    /// The voxels and the settings of which [`voxel`] makes the stock that has these elements; `None` where they are faces.
+    pub fn recipe(&self) -> Option<(Voxels, VoxelSettings)> {
+        let Carrier::Voxels { edges, slab } = self.carrier else { return None };
         let voxels = Voxels {
             position: self.position.clone(),
             normal: self.normal.clone(),
             magnitude: self.magnitude.clone(),
             value: self.value.clone(),
-            edges: self.edges,
+            edges,
         };
-        let Elements { slab, seed, reference, .. } = *self;
-        (voxels, VoxelSettings { n_max: self.wanted, slab, seed, reference })
+        let Elements { seed, reference, .. } = *self;
+        Some((voxels, VoxelSettings { n_max: self.wanted, slab, seed, reference }))
     }
 }
 

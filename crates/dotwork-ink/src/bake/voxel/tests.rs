@@ -78,8 +78,8 @@ fn the_stock_is_an_order_of_voxels_lists() {
     for i in 0..stock.len() {
         let (e, id) = (stock.baked.element[i] as usize, stock.baked.id[i]);
         assert_eq!((id >> 12) as usize, e);
-        assert!(id < 1 << 38 && rank_of(id) < 7);
-        assert_eq!(stock.baked.radius[i], radius(elements.area[e], rank_of(id) as usize));
+        assert!(id < 1 << 38 && id & RANK_MASK < 7);
+        assert_eq!(stock.baked.radius[i], radius(elements.area[e], (id & RANK_MASK) as usize));
         // Between the planes, and within the voxel's reach.
         let off = stock.position.at(i) - voxels.position.at(e);
         let height = off.dot(voxels.normal.at(e));
