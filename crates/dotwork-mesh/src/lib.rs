@@ -21,6 +21,7 @@ mod clean;
 mod clip;
 mod creases;
 mod geometry;
+mod hierarchy;
 mod measure;
 mod mesh;
 mod normals;
@@ -30,6 +31,7 @@ mod winding;
 
 pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
 pub use creases::{Crease, Creases};
+pub use hierarchy::{Hierarchy, HierarchySettings, SPREAD, hierarchy};
 pub use measure::{Bounds, MeshStats};
 pub use mesh::{InOrder, Mesh, MeshError, MeshOptions, RawMesh};
 pub use topology::Topology;
