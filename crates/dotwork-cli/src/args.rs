@@ -315,6 +315,8 @@ pub enum BakeMethod {
     BlueNoise,
     /// lists of dots in the voxels of a volume (Lu et al. 2002)
     Voxel,
+    /// the mesh's vertices as edges collapse and split (Meruvia Pastor 2003)
+    Hierarchy,
 }
 
 /// Backends.

@@ -77,6 +77,7 @@ impl<'a> Options<'a> {
         match self.args.bake {
             Some(BakeMethod::BlueNoise) => style.bake = dotwork::ink::BakeMethod::BlueNoise,
             Some(BakeMethod::Voxel) => style.bake = dotwork::ink::BakeMethod::Voxel,
+            Some(BakeMethod::Hierarchy) => style.bake = dotwork::ink::BakeMethod::Hierarchy,
             None => {}
         }
     }

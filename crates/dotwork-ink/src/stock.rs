@@ -10,12 +10,15 @@ use rayon::prelude::*;
 pub struct Baked {
     /// Spacing at which the stipple enters, object units, falling along the order.
     pub radius: Vec<f32>,
-    /// Stable identity, below 2³⁸: the stage and the candidate.
+    /// Stable identity, below 2³⁸: the stage and the candidate, or the vertex.
     pub id: Vec<u64>,
     /// The element that carries the stipple.
     pub element: Vec<u32>,
     /// Barycentric coordinates of the element's second and third vertex.
     pub weights: Vec<[f32; 2]>,
+    /// Of each stipple of a `hierarchy`, two to four neighbours among those before it, on all sides, the nearest first;
+    /// [`u32::MAX`] for none. Empty for other bakes.
+    pub neighbours: Vec<[u32; 4]>,
     /// Area of the surface, object units squared.
     pub area: f64,
 }

@@ -3,9 +3,11 @@
 use dotwork_drawing::Page;
 use dotwork_ink::tone::{ElementTone, front_limit};
 use dotwork_ink::{
-    Arrival, ColorTable, Coverage, DensityTable, Factors, Fraction, PapersTone, Stock, Style, Tone,
+    Arrival, ColorTable, Coverage, DensityTable, Factors, Fraction, PapersTone, Relevance, Stock, Style, Tone,
 };
 use rayon::prelude::*;
+
+use crate::relevance::Edges;
 
 /// The tables that turn a place's tone into a decision, for one stock, style and page.
 pub struct InkPlan {
@@ -16,13 +18,16 @@ pub struct InkPlan {
     pub(crate) spacing: Spacing,
     pub(crate) arrival: Arrival,
     /// Density at which each stipple is drawn first, per object unit squared; rises along the stock. Empty where
-    /// elements have counts.
+    /// elements have counts; 0 where edges decide, which depends on the view.
     pub(crate) appears: Vec<f32>,
     /// Radius of a dot that faces the eye, pixels.
     pub(crate) dot_radius: f32,
     /// `c ↦ c^foreshorten` for c = 0…1.
     foreshortening: Vec<f32>,
     pub(crate) grow: f32,
+    /// The test of projected edges, where the style asks for it and the stock has neighbours; table and spacing are then
+    /// those of the shortest edges.
+    pub(crate) edges: Option<Edges>,
     /// The papers' factors, where the style asks for them.
     pub(crate) papers: Option<Papers>,
     /// The colours of dots, where they have more than one.
@@ -91,12 +96,17 @@ impl InkPlan {
         // The largest dot is the full size.
         let sized = style.size_max.0.filter(|_| elements.is_some());
         let dot_radius = 0.5 * sized.unwrap_or(style.dot_size).to_px(page);
-        let table = DensityTable::new(&stock.baked, arrival);
+        let edges = (style.relevance == Relevance::Edges).then(|| Edges::new(stock, arrival)).flatten();
+        let (edges, table) = match edges {
+            Some((edges, table)) => (Some(edges), table),
+            None => (None, DensityTable::new(&stock.baked, arrival)),
+        };
         let late =
             if arrival.fade == dotwork_ink::Fade::Off { 1.0 } else { 1.0 + arrival.width * arrival.min };
         // A hair early: the exact test follows.
         let appears = match elements {
             Some(_) => Vec::new(),
+            None if edges.is_some() => vec![0.0; stock.len()],
             None => {
                 stock.baked.radius.par_iter().map(|&r| (table.density(r / late) * 0.999) as f32).collect()
             }
@@ -122,6 +132,7 @@ impl InkPlan {
                 .map(|i| (i as f32 / FORESHORTENING_STEPS as f32).min(1.0).powf(style.foreshorten))
                 .collect(),
             grow: style.grow,
+            edges,
             papers,
             colors: ColorTable::new(style),
         }

@@ -302,13 +302,19 @@ impl<'a> Selector<'a> {
     /// In passes over blocks, each of which leaves fewer: projecting all is vector code, lighting those in view and
     /// drawing those that are asked for have few branches to guess.
     pub fn select(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
-        match self.plan.papers {
-            None => self.select_by::<false>(range, dots),
-            Some(_) => self.select_by::<true>(range, dots),
+        match (&self.plan.papers, &self.plan.edges) {
+            (None, None) => self.select_by::<false, false>(range, dots),
+            (None, Some(_)) => self.select_by::<false, true>(range, dots),
+            (Some(_), None) => self.select_by::<true, false>(range, dots),
+            (Some(_), Some(_)) => self.select_by::<true, true>(range, dots),
         }
     }
 
-    fn select_by<const PAPERS: bool>(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
+    fn select_by<const PAPERS: bool, const EDGES: bool>(
+        &self,
+        range: std::ops::Range<usize>,
+        dots: &mut Dots,
+    ) {
         let mut block = Block::new();
         let mut asked = [(0usize, Seen::default(), 0.0f32, 0.0f32); BLOCK];
         let mut kept = [0usize; BLOCK];
@@ -340,16 +346,35 @@ impl<'a> Selector<'a> {
                 m += usize::from(density >= self.plan.appears[i] && seen.ink > 0.0);
             }
             for (i, seen, density, growth) in &asked[..m] {
-                self.draw(*i, seen, *density, *growth, dots);
+                self.draw::<EDGES>(*i, seen, *density, *growth, dots);
             }
         }
     }
 
+    /// Length on the page of the shortest edge from stipple `i` to its relevant neighbours, pixels; without any, of its
+    /// radius.
+    fn shortest_edge(&self, i: usize, at: &Projected) -> f32 {
+        let ends = self.stock.baked.neighbours[i].iter().filter(|&&n| n != u32::MAX);
+        let length = |&n: &u32| {
+            let end = self.project(self.stock.position.at(n as usize), self.stock.facet.at(n as usize));
+            (end.x - at.x).hypot(end.y - at.y)
+        };
+        let least = ends.map(length).fold(f32::INFINITY, f32::min);
+        if least.is_finite() { least } else { self.stock.baked.radius[i] * at.scale }
+    }
+
     /// Draws stipple `i` if it has arrived and nothing hides it.
     #[inline(always)]
-    fn draw(&self, i: usize, seen: &Seen, density: f32, growth: f32, dots: &mut Dots) {
+    fn draw<const EDGES: bool>(&self, i: usize, seen: &Seen, density: f32, growth: f32, dots: &mut Dots) {
         let arrival = self.plan.arrival;
-        let arrived = arrival.at(self.stock.baked.radius[i], self.plan.spacing.at(density));
+        let spacing = self.plan.spacing.at(density);
+        let arrived = match &self.plan.edges {
+            Some(edges) if EDGES => {
+                let threshold = spacing * seen.at.scale * edges.shortening(seen.at.cosine.abs());
+                arrival.at(self.shortest_edge(i, &seen.at), threshold)
+            }
+            _ => arrival.at(self.stock.baked.radius[i], spacing),
+        };
         if arrived == 0.0 || self.hidden(i, &seen.at) {
             return;
         }

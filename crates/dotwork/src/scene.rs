@@ -8,7 +8,10 @@ use dotwork_drawing::{Camera, Light, Page, Strokes, View, Warnings};
 use dotwork_ink::bake::{reference_scale, voxel};
 use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
-use dotwork_ink::{BakeMethod, BakeSettings, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise};
+use dotwork_ink::{
+    BakeMethod, BakeSettings, Factors, HierarchySettings, MAX_STIPPLES, MeshSurface, Stock, Style,
+    blue_noise, hierarchy,
+};
 use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, RawMesh};
 use dotwork_volume::{Space, Unit, Volume};
 use glam::{DVec3, Vec3};
@@ -152,7 +155,7 @@ impl Object {
     /// Draws this object in another style from now on.
     ///
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
-    /// a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`, `clip`),
+    /// a hierarchy are dropped, and made anew by the next bake, where `bake` or `randomize` change. Stipples of a voxel bake are dropped by what makes them another bake (`bake`, `k_max`, `slab`, `gradient_min`, `factors`, `clip`),
     /// so that the next one makes them anew; but without its volume, as from a `.dots` file, an object keeps those that it has.
     /// So are the voxels of its curves by a larger `t_log`, a smaller `t_grad` or another `clip`; they stay with any other
     /// `t_eye`.
@@ -192,6 +195,12 @@ impl Object {
         if (clip_changes || bake_of(&style) != bake_of(&self.style))
             && (by_voxels(&style) || by_voxels(&self.style))
         {
+            self.stock = None;
+        }
+        // Not so those of voxels that have lost their volume: there is nothing to make others from.
+        let hierarchies = |s: &Style| (s.bake == BakeMethod::Hierarchy).then_some(s.randomize);
+        let kept = self.stock.as_ref().is_some_and(|stock| stock.elements.is_some()) && self.volume.is_none();
+        if hierarchies(&style) != hierarchies(&self.style) && !kept {
             self.stock = None;
         }
         self.style = style;
@@ -270,6 +279,17 @@ impl Object {
                 return;
             }
         }
+        if self.style.bake == BakeMethod::Hierarchy {
+            let settings = HierarchySettings { stipples: count, randomize: self.style.randomize, seed };
+            let baked = hierarchy(&self.mesh, &settings, progress);
+            self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
+            return;
+        }
+        self.bake_evenly(count, seed, progress);
+    }
+
+    /// Bakes `count` stipples by blue noise, whatever the style says.
+    fn bake_evenly(&mut self, count: usize, seed: u32, progress: &mut dyn FnMut(f32)) {
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
         let baked = blue_noise(&MeshSurface::new(&self.mesh), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
@@ -384,7 +404,10 @@ impl Scene {
         let counts: Vec<usize> = match self.stipples {
             Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
-                self.bake_some(&by_count, &vec![PILOT_STIPPLES; by_count.len()], |_| ());
+                // What a place asks for does not depend on who makes the order: the pilot is the quickest.
+                for &k in &by_count {
+                    self.objects[k].bake_evenly(PILOT_STIPPLES, self.seed, &mut |_| ());
+                }
                 let mut artist = Artist::new();
                 by_count
                     .iter()

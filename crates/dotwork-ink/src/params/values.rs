@@ -230,6 +230,18 @@ choice! {
         BlueNoise = "blue-noise",
         /// A list for each voxel of a volume.
         Voxel = "voxel",
+        /// The vertices of the mesh and of its refinement, as edges collapse and split.
+        Hierarchy = "hierarchy",
+    }
+}
+
+choice! {
+    /// What is compared with the spacing that a place asks for.
+    Relevance {
+        /// A stipple's radius: one number, made by the bake.
+        Radius = "radius",
+        /// The edges to its relevant neighbours as they are projected: all must be longer.
+        Edges = "edges",
     }
 }
 

@@ -21,10 +21,10 @@ use super::queues::Queues;
 use super::spread::{SPREAD, spread};
 use crate::Topology;
 use crate::geometry::GRAIN;
-use crate::topology::Components;
+use crate::topology::faces_by_vertex;
 
-/// Bits of a distance that are dropped for its step: 32 steps an octave, 1.6 to 3.1 % apart.
-const STEP_SHIFT: u32 = 23 - 5;
+/// Bits of a distance that are dropped for its step: 16 steps an octave, 3 to 6 % apart.
+const STEP_SHIFT: u32 = 23 - 4;
 
 /// The step of infinity: vertices without neighbours wait for it.
 const NEVER: u16 = (f32::INFINITY.to_bits() >> STEP_SHIFT) as u16;
@@ -113,9 +113,9 @@ impl Graph<'_> {
     }
 }
 
-/// The lists of a mesh: for each vertex those it shares a face with, and the loose parts' links.
-fn lists(positions: &[Vec3], topology: &Topology, triangles: &[[u32; 3]]) -> Vec<List> {
-    let links = links(&topology.components(triangles), topology, positions.len());
+/// The lists of a mesh: for each vertex those it shares a face with, and those it has a link to.
+fn lists(positions: &[Vec3], triangles: &[[u32; 3]], links: &[(u32, u32)]) -> Vec<List> {
+    let (start, faces) = faces_by_vertex(positions.len(), triangles);
     (0..positions.len() as u32)
         .into_par_iter()
         .with_min_len(GRAIN)
@@ -123,7 +123,7 @@ fn lists(positions: &[Vec3], topology: &Topology, triangles: &[[u32; 3]]) -> Vec
             let at = positions[v as usize];
             let mut list = [EMPTY; LIST];
             let mut put = |w: u32| insert(&mut list, entry(at.distance(positions[w as usize]), w));
-            for &t in topology.faces(v) {
+            for &t in &faces[start[v as usize] as usize..start[v as usize + 1] as usize] {
                 triangles[t as usize].into_iter().filter(|&w| w != v).for_each(&mut put);
             }
             let from = links.partition_point(|&(a, _)| a < v);
@@ -136,7 +136,8 @@ fn lists(positions: &[Vec3], topology: &Topology, triangles: &[[u32; 3]]) -> Vec
 /// Links between the loose parts of a mesh, sorted, both ways: without them a part of the size of a speck would keep a
 /// vertex to the very end. As vertices are numbered, the one in the middle of each part is linked to the nearest ones
 /// before and after it that belong to other parts.
-fn links(components: &Components, topology: &Topology, vertices: usize) -> Vec<(u32, u32)> {
+pub(super) fn links(topology: &Topology, triangles: &[[u32; 3]], vertices: usize) -> Vec<(u32, u32)> {
+    let components = topology.components(triangles);
     if components.count < 2 {
         return Vec::new();
     }
@@ -166,16 +167,17 @@ fn links(components: &Components, topology: &Topology, vertices: usize) -> Vec<(
 
 /// Collapses edges until [`LAST`] vertices or no edges are left.
 ///
-/// `topology` is that of `triangles`; `positions`, by vertex, should lie in memory as they lie in space.
+/// `links` are further edges, sorted, both ways; `positions`, by vertex, should lie in memory as they lie in space.
 pub(super) fn collapse(
     positions: &[Vec3],
-    topology: &Topology,
     triangles: &[[u32; 3]],
+    links: &[(u32, u32)],
     seed: u32,
 ) -> Collapsed {
     let n = positions.len();
-    let near = lists(positions, topology, triangles);
+    let near = lists(positions, triangles, links);
     let mut graph = Graph { positions, near, forward: (0..n as u32).collect() };
+    let at = |v: u32| positions[v as usize];
     // A little chance in the distances: where many are equal, as in grids, no direction comes first.
     let chance = |v: u32| 1.0 + CHANCE * unit(hash2(v, seed));
     let step_of = |list: &List, v: u32| match list[0] {
@@ -224,7 +226,7 @@ pub(super) fn collapse(
             out.vertex.push(gone);
             out.key.push(reached);
             out.radius.push(mean(&ring));
-            out.neighbours.push(spread(positions, gone, entries(&ring).map(vertex)));
+            out.neighbours.push(spread(at(gone), entries(&ring).map(vertex), at));
             out.into[gone as usize] = heir;
             graph.contract(gone, heir);
             let of_heir = step_of(&graph.near[heir as usize], heir).max(now);
@@ -243,7 +245,7 @@ pub(super) fn collapse(
         out.vertex.push(v);
         out.key.push(reached);
         out.radius.push(mean(&list));
-        out.neighbours.push(spread(positions, v, entries(&list).map(vertex)));
+        out.neighbours.push(spread(at(v), entries(&list).map(vertex), at));
     }
     debug_assert_eq!(out.vertex.len(), n);
     out

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use crate::topology::NONE;
 use crate::{Mesh, Topology};
-use collapse::{Collapsed, collapse};
+use collapse::{Collapsed, collapse, links};
 use project::{Ground, Hit};
 use randomise::randomise;
 use split::{Splits, Splitter};
@@ -81,38 +81,32 @@ pub fn hierarchy(mesh: &Mesh, settings: &HierarchySettings, mut progress: impl F
     let strength = strength.clamp(0.0, 1.0);
     let inner = Inner::new(mesh);
     let topology = Topology::new(inner.positions.len(), &inner.triangles);
-    let ground = Ground {
-        positions: &inner.positions,
-        triangles: &inner.triangles,
-        neighbours: topology.neighbours(),
-    };
-    let places = randomise(&ground, &topology, strength, hash2(seed, 1));
+    let ground = Ground::new(&inner.positions, &inner.triangles, topology.neighbours());
+    let (places, links) = rayon::join(
+        || randomise(&ground, &inner.positions, &inner.triangles, &topology, strength, hash2(seed, 1)),
+        || links(&topology, &inner.triangles, inner.positions.len()),
+    );
     let vertices = places.len();
     progress(0.1);
 
     let spacing = |points: usize| (2.0 / 3f64.sqrt() * inner.area / points.max(1) as f64).sqrt();
     let even = (EVEN * spacing(vertices.max(FEWEST))) as f32;
-    let floor = ((FLOOR * spacing(points)) as f32).min(even);
-    let mut splitter = Splitter::new(ground, &places, floor, strength, hash2(seed, 2));
+    // Steps of the splitter are narrower than this tenth.
+    let floor = ((FLOOR * spacing(points)) as f32).min(0.9 * even);
+    let mut splitter = Splitter::new(&ground, &inner.triangles, &places, floor, strength, hash2(seed, 2));
     // This depends on the mesh alone: however many points are wanted, the same ones are collapsed.
     splitter.run(|_, length| length < even);
     progress(0.2);
-    let base = splitter.positions().to_vec();
-    let split_topology;
-    let (around, triangles) = if base.len() == vertices {
-        (&topology, &inner.triangles[..])
-    } else {
-        split_topology = (Topology::new(base.len(), splitter.triangles()), splitter.triangles().to_vec());
-        (&split_topology.0, &split_topology.1[..])
-    };
+    let base: Vec<Vec3> = (0..splitter.vertices() as u32).map(|v| splitter.position(v)).collect();
+    let triangles = splitter.triangles();
     // Whatever the collapses say, that many splits are needed; meanwhile the collapses run.
     let surely = points.saturating_sub(vertices);
     let (collapsed, ()) = rayon::join(
-        || collapse(&base, around, triangles, hash2(seed, 3)),
+        || collapse(&base, &triangles, &links, hash2(seed, 3)),
         || splitter.run(|splits, _| splits >= surely),
     );
     progress(0.7);
-    let mut keys = Keys::new(&collapsed, base.len() - vertices);
+    let mut keys = Keys::new(&collapsed);
     loop {
         keys.extend(&splitter);
         let (have, done) = keys.count(&splitter);
@@ -188,45 +182,39 @@ impl Inner {
     }
 }
 
-/// When each point of the hierarchy comes: the larger its key, the earlier.
-struct Keys<'a> {
-    collapsed: &'a Collapsed,
-    /// Of the vertices that were collapsed.
-    of_vertex: Vec<f32>,
-    /// Of the splits that were not there yet when collapses began: from `of_vertex.len()` on.
-    of_split: Vec<f32>,
-    /// Splits that were collapsed.
-    before: usize,
+/// When each point of the hierarchy comes: the larger its key, the earlier. Points are numbered as the splitter does:
+/// vertices, then splits.
+struct Keys {
+    /// Of the vertices and splits that were collapsed, then of later splits.
+    of: Vec<f32>,
 }
 
-impl Keys<'_> {
-    fn new(collapsed: &Collapsed, before: usize) -> Keys<'_> {
-        let mut of_vertex = vec![0.0; collapsed.vertex.len()];
+impl Keys {
+    fn new(collapsed: &Collapsed) -> Keys {
+        let mut of = vec![0.0; collapsed.vertex.len()];
         for (&v, &key) in collapsed.vertex.iter().zip(&collapsed.key) {
-            of_vertex[v as usize] = key;
+            of[v as usize] = key;
         }
-        Keys { collapsed, of_vertex, of_split: Vec::new(), before }
+        Keys { of }
     }
 
-    fn of(&self, point: u32) -> f32 {
-        let point = point as usize;
-        self.of_vertex.get(point).copied().unwrap_or_else(|| self.of_split[point - self.of_vertex.len()])
-    }
-
-    /// Gives keys to new splits. One that lies too near to an earlier point has to wait.
+    /// Gives keys to new splits. Of two points that are too near to each other for their keys the later one has to wait.
     fn extend(&mut self, splitter: &Splitter) {
         let Splits { key, neighbours, .. } = &splitter.out;
-        let positions = splitter.positions();
-        for k in self.before + self.of_split.len()..key.len() {
-            let at = positions[self.of_vertex.len() + k - self.before];
+        let vertices = splitter.vertices() - key.len();
+        for k in self.of.len() - vertices..key.len() {
+            let at = splitter.position((vertices + k) as u32);
             let mut own = key[k] * SPLIT_SCALE;
             for &w in neighbours[k].iter().filter(|&&w| w != NONE) {
-                let near = at.distance(positions[w as usize]) / NEAREST;
-                if near < own && self.of(w) >= own {
-                    own = near;
+                let near = at.distance(splitter.position(w)) / NEAREST;
+                let of_other = &mut self.of[w as usize];
+                if *of_other >= own {
+                    own = own.min(near);
+                } else {
+                    *of_other = of_other.min(near);
                 }
             }
-            self.of_split.push(own);
+            self.of.push(own);
         }
     }
 
@@ -234,38 +222,30 @@ impl Keys<'_> {
     fn count(&self, splitter: &Splitter) -> (usize, bool) {
         let Some(length) = splitter.next_length() else { return (0, true) };
         let bound = SPLIT_SCALE * length;
-        let finer = self.collapsed.key.partition_point(|&key| key < bound);
-        let splits = self.of_split.par_iter().filter(|&&key| key >= bound).count();
-        (self.collapsed.key.len() - finer + splits, false)
+        (self.of.par_iter().filter(|&&key| key >= bound).count(), false)
     }
 }
 
 /// Merges the collapses, read backwards, with the splits.
 fn merge(
     inner: &Inner,
-    places: &[Option<Hit>],
+    places: &[Hit],
     collapsed: &Collapsed,
     keys: &Keys,
     splits: &Splits,
     points: usize,
 ) -> Hierarchy {
-    // Points are numbered as the splitter does: vertices, then splits; the first `base` of them were collapsed.
+    // The first `base` points were collapsed.
     let (vertices, base) = (places.len(), collapsed.vertex.len());
-    let late = keys.of_split.len();
-    let mut order: Vec<u64> = (0..base + late)
+    let point = |i: usize| if i < base { collapsed.vertex[base - 1 - i] } else { i as u32 };
+    let mut order: Vec<u64> = (0..keys.of.len())
         .into_par_iter()
-        .map(|i| {
-            let key = if i < base { collapsed.key[base - 1 - i] } else { keys.of_split[i - base] };
-            u64::from(!key.to_bits()) << 32 | i as u64
-        })
+        .map(|i| u64::from(!keys.of[point(i) as usize].to_bits()) << 32 | i as u64)
         .collect();
     order.par_sort_unstable();
     order.truncate(points);
-    let point = |key: u64| match key as u32 as usize {
-        i if i < base => collapsed.vertex[base - 1 - i],
-        i => i as u32,
-    };
-    let mut place = vec![NONE; base + late];
+    let point = |key: u64| point(key as u32 as usize);
+    let mut place = vec![NONE; keys.of.len()];
     for (at, &key) in order.iter().enumerate() {
         place[point(key) as usize] = at as u32;
     }
@@ -316,7 +296,7 @@ fn merge(
         let point = point(key) as usize;
         let (face, weights) = match point.checked_sub(vertices) {
             Some(k) => (splits.face[k], splits.weights[k]),
-            None => places[point].map_or((0, [0.0; 2]), |hit| (hit.face, hit.weights)),
+            None => (places[point].face, places[point].weights),
         };
         (inner.face[face as usize], weights)
     };

@@ -1,6 +1,7 @@
 //! Points beside the input mesh back onto it.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::topology::NONE;
 
@@ -10,28 +11,42 @@ const MOST_STEPS: usize = 64;
 /// Barycentric coordinates this far outside count as inside.
 const ROUNDING: f32 = 1e-5;
 
-/// The input mesh, for walks over it. Positions are those of the hierarchy's own space.
+/// A face of the input mesh, with all that a walk reads.
 #[derive(Clone, Copy)]
-pub(super) struct Ground<'a> {
-    pub positions: &'a [Vec3],
-    pub triangles: &'a [[u32; 3]],
-    pub neighbours: &'a [[u32; 3]],
+pub(super) struct GroundFace {
+    pub(super) corners: [Vec3; 3],
+    /// The face across edge `k`, between corners `k` and `k + 1`; [`NONE`] at a border.
+    pub(super) neighbours: [u32; 3],
+}
+
+/// The input mesh, for walks over it.
+pub(super) struct Ground {
+    pub(super) faces: Vec<GroundFace>,
 }
 
 /// A place on a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hit {
-    pub face: u32,
+    pub(super) face: u32,
     /// Barycentric coordinates of the second and third corner.
-    pub weights: [f32; 2],
-    pub position: Vec3,
+    pub(super) weights: [f32; 2],
+    pub(super) position: Vec3,
 }
 
-impl Ground<'_> {
+impl Ground {
+    /// The mesh of these triangles, whose neighbours are `neighbours`.
+    pub(super) fn new(positions: &[Vec3], triangles: &[[u32; 3]], neighbours: &[[u32; 3]]) -> Ground {
+        let face = |(triangle, &neighbours): (&[u32; 3], &[u32; 3])| GroundFace {
+            corners: triangle.map(|v| positions[v as usize]),
+            neighbours,
+        };
+        Ground { faces: triangles.par_iter().zip(neighbours).map(face).collect() }
+    }
+
     /// The place on face `face`.
     #[inline]
     pub(super) fn place(&self, face: u32, [v, w]: [f32; 2]) -> Hit {
-        let [a, b, c] = self.triangles[face as usize].map(|i| self.positions[i as usize]);
+        let [a, b, c] = self.faces[face as usize].corners;
         Hit { face, weights: [v, w], position: a + (b - a) * v + (c - a) * w }
     }
 
@@ -41,7 +56,8 @@ impl Ground<'_> {
     pub(super) fn walk(&self, p: Vec3, normal: Vec3, face: u32) -> Option<Hit> {
         let mut face = face;
         for _ in 0..MOST_STEPS {
-            let [a, b, c] = self.triangles[face as usize].map(|i| self.positions[i as usize] - p);
+            let GroundFace { corners, neighbours } = self.faces[face as usize];
+            let [a, b, c] = corners.map(|corner| corner - p);
             // Volumes of line and edges: the line passes an edge on the outside where one is negative.
             let inside = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
             let all = inside[0] + inside[1] + inside[2];
@@ -56,7 +72,7 @@ impl Ground<'_> {
                 }
             }
             // Edge k + 1 lies opposite corner k.
-            let next = self.neighbours[face as usize][(k + 1) % 3];
+            let next = neighbours[(k + 1) % 3];
             if worst >= -ROUNDING || next == NONE {
                 let kept = share.map(|v| v.max(0.0));
                 let sum = kept[0] + kept[1] + kept[2];

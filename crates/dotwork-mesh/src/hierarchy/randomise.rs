@@ -1,6 +1,7 @@
 //! The vertices of the input mesh, each moved a little within the faces around it, so that grids do not show.
 
 use dotwork_drawing::hash::{hash2, unit};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::project::{Ground, Hit};
@@ -12,15 +13,22 @@ use crate::topology::NONE;
 /// good third of it, and no face turns over.
 const REACH: f32 = 0.32;
 
-/// For each vertex its place; `None` for those without faces.
+/// For each vertex its place.
 ///
 /// A vertex moves into one of its faces, drawn by lot (Meruvia Pastor et al. 2003, section IV-E), uniformly over a
 /// small triangle at its corner. It thereby stays on the surface. Those on a border stay where they are.
-pub(super) fn randomise(ground: &Ground, topology: &Topology, strength: f32, seed: u32) -> Vec<Option<Hit>> {
-    let Ground { positions, triangles, neighbours } = *ground;
+pub(super) fn randomise(
+    ground: &Ground,
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    topology: &Topology,
+    strength: f32,
+    seed: u32,
+) -> Vec<Hit> {
+    let neighbours = topology.neighbours();
     let place = |v: u32| {
         let faces = topology.faces(v);
-        let &first = faces.first()?;
+        let first = faces[0];
         let corner = |t: u32| triangles[t as usize].iter().position(|&w| w == v).unwrap_or(0);
         let mut shortest = f32::INFINITY;
         let mut border = false;
@@ -47,7 +55,7 @@ pub(super) fn randomise(ground: &Ground, topology: &Topology, strength: f32, see
             }
         }
         shares[k] = 1.0 - shares[(k + 1) % 3] - shares[(k + 2) % 3];
-        Some(ground.place(t, [shares[1], shares[2]]))
+        ground.place(t, [shares[1], shares[2]])
     };
     (0..positions.len() as u32).into_par_iter().with_min_len(GRAIN).map(place).collect()
 }

@@ -10,9 +10,10 @@ use super::queues::Queues;
 use super::spread::{SPREAD, spread};
 use crate::topology::{NONE, same_direction};
 
-/// Bits of a squared length that are dropped for its step: 32 steps an octave, so that lengths within one differ by
-/// 1.6 % at most.
-const STEP_SHIFT: u32 = 23 - 5;
+/// Bits of a squared length that are dropped for its step: 8 steps an octave, so that lengths within one differ by
+/// 6 % at most. More would be more exact, but each step goes once over the whole mesh, and few splits in it then lie
+/// near each other in memory.
+const STEP_SHIFT: u32 = 23 - 3;
 
 /// Steps in all; long edges wait in low ones.
 const STEPS: u16 = (f32::INFINITY.to_bits() >> STEP_SHIFT) as u16;
@@ -43,18 +44,29 @@ pub(super) struct Splits {
     pub weights: Vec<[f32; 2]>,
 }
 
+/// A triangle. Splits jump about in the mesh: what is read together lies together.
+#[derive(Clone, Copy)]
+struct Face {
+    /// A vertex that was made by a split is corner 0 of its triangles while it is new.
+    corners: [u32; 3],
+    /// The triangle across edge `k`, between corners `k` and `k + 1`.
+    neighbours: [u32; 3],
+}
+
+#[derive(Clone, Copy)]
+struct Vertex {
+    position: Vec3,
+    /// The face of the input on which it lies.
+    host: u32,
+}
+
 /// A mesh that is being split.
 pub(super) struct Splitter<'a> {
-    ground: Ground<'a>,
-    /// Corners; a vertex that was made by a split is corner 0 of its triangles while it is new.
-    triangles: Vec<[u32; 3]>,
-    /// The triangle across edge `k`, between corners `k` and `k + 1`.
-    neighbours: Vec<[u32; 3]>,
+    ground: &'a Ground,
+    faces: Vec<Face>,
     /// Squared length of the longest edge; 0 for those that are not to be split.
     longest: Vec<f32>,
-    positions: Vec<Vec3>,
-    /// The face of the input on which a vertex lies.
-    host: Vec<u32>,
+    vertices: Vec<Vertex>,
     queues: Queues,
     /// The step at work, and how many of its queue were looked at.
     step: u16,
@@ -73,41 +85,45 @@ fn step_of(squared: f32) -> u16 {
     STEPS - (squared.to_bits() >> STEP_SHIFT) as u16
 }
 
+/// The longest edge that waits for a step.
+#[inline(always)]
+fn longest_of(step: u16) -> f32 {
+    f32::from_bits(((u32::from(STEPS - step) + 1) << STEP_SHIFT) - 1).min(f32::MAX).sqrt()
+}
+
 impl<'a> Splitter<'a> {
-    /// The mesh of `ground` with its vertices at `places`. Edges shorter than `floor` will never be split.
+    /// The mesh with these triangles, its vertices moved to `places` on `ground`. Edges shorter than `floor` will never be split.
     pub(super) fn new(
-        ground: Ground<'a>,
-        places: &[Option<Hit>],
+        ground: &'a Ground,
+        triangles: &[[u32; 3]],
+        places: &[Hit],
         floor: f32,
         strength: f32,
         seed: u32,
     ) -> Splitter<'a> {
-        let positions: Vec<Vec3> =
-            places.iter().zip(ground.positions).map(|(p, &at)| p.map_or(at, |p| p.position)).collect();
-        let host = places.iter().map(|p| p.map_or(0, |p| p.face)).collect();
-        let triangles = ground.triangles.to_vec();
+        let vertices: Vec<Vertex> =
+            places.par_iter().map(|hit| Vertex { position: hit.position, host: hit.face }).collect();
         // Where neighbours disagree in winding, as on a Möbius strip, the mesh is cut.
-        let neighbours = (0..triangles.len())
+        let faces: Vec<Face> = (0..triangles.len())
             .into_par_iter()
-            .map(|t| {
-                [0, 1, 2].map(|k| match ground.neighbours[t][k] {
-                    other if other != NONE && same_direction(&triangles, t as u32, k, other) => NONE,
+            .map(|t| Face {
+                corners: triangles[t],
+                neighbours: [0, 1, 2].map(|k| match ground.faces[t].neighbours[k] {
+                    other if other != NONE && same_direction(triangles, t as u32, k, other) => NONE,
                     other => other,
-                })
+                }),
             })
             .collect();
-        let longest: Vec<f32> = triangles.par_iter().map(|t| longest(&positions, t).0).collect();
+        let longest: Vec<f32> = triangles.par_iter().map(|t| longest(&vertices, t).0).collect();
         let floor = floor * floor;
         let steps: Vec<u16> =
             longest.par_iter().map(|&l| if l < floor { STEPS } else { step_of(l) }).collect();
         Splitter {
             queues: Queues::new(STEPS, &steps),
             ground,
-            triangles,
-            neighbours,
+            faces,
             longest,
-            positions,
-            host,
+            vertices,
             step: 0,
             next: 0,
             reached: f32::INFINITY,
@@ -119,9 +135,13 @@ impl<'a> Splitter<'a> {
         }
     }
 
-    /// Splits, longest edges first, until `done(splits, length of the next edge)` or nothing is left to split.
+    /// Splits, longest edges first, until `done(splits, length)`, where no edge is longer than that, or nothing is left
+    /// to split.
     pub(super) fn run(&mut self, done: impl Fn(usize, f32) -> bool) {
         while self.step < STEPS {
+            if done(self.out.key.len(), self.reached.min(longest_of(self.step))) {
+                return;
+            }
             let Some(t) = self.queues.get(self.step, self.next) else {
                 self.queues.clear(self.step);
                 self.step += 1;
@@ -133,22 +153,25 @@ impl<'a> Splitter<'a> {
                 self.next += 1;
                 continue;
             }
-            if done(self.out.key.len(), self.reached.min(length2.sqrt())) {
-                return;
-            }
             self.next += 1;
             self.split(t);
         }
     }
 
-    /// All vertices: those of the input where they now are, then one a split.
-    pub(super) fn positions(&self) -> &[Vec3] {
-        &self.positions
+    /// How many vertices there are: those of the input, then one a split.
+    pub(super) fn vertices(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Where vertex `v` is.
+    #[inline(always)]
+    pub(super) fn position(&self, v: u32) -> Vec3 {
+        self.vertices[v as usize].position
     }
 
     /// The triangles as they now are.
-    pub(super) fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+    pub(super) fn triangles(&self) -> Vec<[u32; 3]> {
+        self.faces.par_iter().map(|face| face.corners).collect()
     }
 
     /// No later split has a longer edge than this; `None` if there will be none.
@@ -158,46 +181,43 @@ impl<'a> Splitter<'a> {
 
     /// Splits the longest edge of `t`.
     fn split(&mut self, t: u32) {
-        let (length2, k) = longest(&self.positions, &self.triangles[t as usize]);
-        let [a, b, c] = [0, 1, 2].map(|j| self.triangles[t as usize][(k + j) % 3]);
-        let other = self.neighbours[t as usize][k];
+        let (length2, k) = longest(&self.vertices, &self.faces[t as usize].corners);
+        let [a, b, c] = [0, 1, 2].map(|j| self.faces[t as usize].corners[(k + j) % 3]);
+        let other = self.faces[t as usize].neighbours[k];
         let (d, back) = if other == NONE {
             (NONE, 0)
         } else {
-            let o = self.triangles[other as usize];
+            let o = self.faces[other as usize].corners;
             let Some(back) = (0..3).find(|&j| o[j] == b && o[(j + 1) % 3] == a) else {
                 self.longest[t as usize] = 0.0;
                 return;
             };
             (o[(back + 2) % 3], back)
         };
-        let number = self.positions.len() as u32;
+        let number = self.vertices.len() as u32;
         let Some(hit) = self.place([a, b, c, d], number) else {
             // A fold whatever one does: this triangle is left until a neighbour changes it.
             self.longest[t as usize] = 0.0;
             return;
         };
-        self.positions.push(hit.position);
-        self.host.push(hit.face);
+        self.vertices.push(Vertex { position: hit.position, host: hit.face });
         let p = number;
-        let edge = |s: &Self, t: u32, k: usize| s.neighbours[t as usize][k % 3];
+        let edge = |s: &Self, t: u32, k: usize| s.faces[t as usize].neighbours[k % 3];
         // t = (a, b, c) becomes (p, b, c) and (p, c, a).
         let (bc, ca) = (edge(self, t, k + 1), edge(self, t, k + 2));
-        let t2 = self.triangles.len() as u32;
+        let t2 = self.faces.len() as u32;
         let (o1, o2) = if other == NONE { (NONE, NONE) } else { (other, t2 + 1) };
         // The other one = (b, a, d) becomes (p, a, d) and (p, d, b).
-        self.triangles[t as usize] = [p, b, c];
-        self.neighbours[t as usize] = [o2, bc, t2];
-        self.triangles.push([p, c, a]);
-        self.neighbours.push([t, ca, o1]);
+        self.faces[t as usize].corners = [p, b, c];
+        self.faces[t as usize].neighbours = [o2, bc, t2];
+        self.faces.push(Face { corners: [p, c, a], neighbours: [t, ca, o1] });
         self.longest.push(0.0);
         self.relink(ca, c, a, t2);
         if other != NONE {
             let (ad, db) = (edge(self, other, back + 1), edge(self, other, back + 2));
-            self.triangles[o1 as usize] = [p, a, d];
-            self.neighbours[o1 as usize] = [t2, ad, o2];
-            self.triangles.push([p, d, b]);
-            self.neighbours.push([o1, db, t]);
+            self.faces[o1 as usize].corners = [p, a, d];
+            self.faces[o1 as usize].neighbours = [t2, ad, o2];
+            self.faces.push(Face { corners: [p, d, b], neighbours: [o1, db, t] });
             self.longest.push(0.0);
             self.relink(db, d, b, o2);
         }
@@ -215,14 +235,15 @@ impl<'a> Splitter<'a> {
         self.reached = self.reached.min(length2.sqrt());
         self.out.key.push(self.reached);
         self.out.radius.push(mean(&ring));
-        self.out.neighbours.push(spread(&self.positions, p, entries(&ring).map(vertex)));
+        let spread = spread(self.position(p), entries(&ring).map(vertex), |v| self.position(v));
+        self.out.neighbours.push(spread);
         self.out.face.push(hit.face);
         self.out.weights.push(hit.weights);
     }
 
     /// Where a new vertex on the edge from `a` to `b` goes, with the apexes `c` and `d` ([`NONE`] at a border).
     fn place(&self, [a, b, c, d]: [u32; 4], number: u32) -> Option<Hit> {
-        let at = |v: u32| self.positions[v as usize];
+        let at = |v: u32| self.vertices[v as usize].position;
         let (pa, pb, pc) = (at(a), at(b), at(c));
         let middle = (pa + pb) * 0.5;
         let normal = (pb - pa).cross(pc - pa);
@@ -257,7 +278,7 @@ impl<'a> Splitter<'a> {
     fn project(&self, p: Vec3, normal: Vec3, length: f32, corners: [u32; 4]) -> Option<Hit> {
         let mut best: Option<(f32, Hit)> = None;
         for v in corners.into_iter().filter(|&v| v != NONE) {
-            let Some(hit) = self.ground.walk(p, normal, self.host[v as usize]) else { continue };
+            let Some(hit) = self.ground.walk(p, normal, self.vertices[v as usize].host) else { continue };
             let far = hit.position.distance(p);
             if best.is_none_or(|(d, _)| far < d) {
                 best = Some((far, hit));
@@ -276,10 +297,10 @@ impl<'a> Splitter<'a> {
         if t == NONE {
             return;
         }
-        let corners = self.triangles[t as usize];
+        let corners = self.faces[t as usize].corners;
         for k in 0..3 {
             if corners[k] == y && corners[(k + 1) % 3] == x {
-                self.neighbours[t as usize][k] = new;
+                self.faces[t as usize].neighbours[k] = new;
             }
         }
     }
@@ -288,22 +309,22 @@ impl<'a> Splitter<'a> {
     /// together (Delaunay), the surface is flat enough there, and nothing folds. Returns the triangle on the other side,
     /// whose corner 0 then is that of `t`.
     fn flip(&mut self, t: u32) -> Option<u32> {
-        let [p, x, y] = self.triangles[t as usize];
-        let other = self.neighbours[t as usize][1];
+        let [p, x, y] = self.faces[t as usize].corners;
+        let other = self.faces[t as usize].neighbours[1];
         if other == NONE {
             return None;
         }
-        let o = self.triangles[other as usize];
+        let o = self.faces[other as usize].corners;
         let back = (0..3).find(|&j| o[j] == y && o[(j + 1) % 3] == x)?;
         let q = o[(back + 2) % 3];
-        let [px, yp] = [0, 2].map(|k| self.neighbours[t as usize][k]);
-        let [xq, qy] = [1, 2].map(|k| self.neighbours[other as usize][(back + k) % 3]);
+        let [px, yp] = [0, 2].map(|k| self.faces[t as usize].neighbours[k]);
+        let [xq, qy] = [1, 2].map(|k| self.faces[other as usize].neighbours[(back + k) % 3]);
         // An edge that is there already must not be made again.
-        let meets_q = |n: u32| n != NONE && self.triangles[n as usize].contains(&q);
+        let meets_q = |n: u32| n != NONE && self.faces[n as usize].corners.contains(&q);
         if q == p || meets_q(px) || meets_q(yp) {
             return None;
         }
-        let at = |v: u32| self.positions[v as usize];
+        let at = |v: u32| self.vertices[v as usize].position;
         let (x1, y1) = (at(x) - at(p), at(y) - at(p));
         let (x2, y2) = (at(x) - at(q), at(y) - at(q));
         let (n1, n2) = (x1.cross(y1), y2.cross(x2));
@@ -317,10 +338,10 @@ impl<'a> Splitter<'a> {
         if x1.cross(across).dot(both) <= 0.0 || across.cross(y1).dot(both) <= 0.0 {
             return None;
         }
-        self.triangles[t as usize] = [p, x, q];
-        self.neighbours[t as usize] = [px, xq, other];
-        self.triangles[other as usize] = [p, q, y];
-        self.neighbours[other as usize] = [t, qy, yp];
+        self.faces[t as usize].corners = [p, x, q];
+        self.faces[t as usize].neighbours = [px, xq, other];
+        self.faces[other as usize].corners = [p, q, y];
+        self.faces[other as usize].neighbours = [t, qy, yp];
         self.relink(xq, x, q, t);
         self.relink(yp, y, p, other);
         Some(other)
@@ -330,22 +351,22 @@ impl<'a> Splitter<'a> {
     /// returns the neighbours of `p`.
     fn close_star(&mut self, t: u32, p: u32) -> List {
         let mut ring = [EMPTY; LIST];
-        let at = self.positions[p as usize];
+        let at = self.vertices[p as usize].position;
         for clockwise in [false, true] {
             let mut now = t;
             loop {
-                let [_, x, y] = self.triangles[now as usize];
+                let [_, x, y] = self.faces[now as usize].corners;
                 for v in [x, y] {
-                    insert(&mut ring, entry(at.distance(self.positions[v as usize]), v));
+                    insert(&mut ring, entry(at.distance(self.vertices[v as usize].position), v));
                 }
                 if !(clockwise && now == t) {
-                    let (length2, _) = longest(&self.positions, &self.triangles[now as usize]);
+                    let (length2, _) = longest(&self.vertices, &self.faces[now as usize].corners);
                     self.longest[now as usize] = length2;
                     if length2 >= self.floor {
                         self.queues.push(step_of(length2).max(self.step), now);
                     }
                 }
-                now = self.neighbours[now as usize][if clockwise { 0 } else { 2 }];
+                now = self.faces[now as usize].neighbours[if clockwise { 0 } else { 2 }];
                 if now == NONE || now == t {
                     break;
                 }
@@ -360,8 +381,8 @@ impl<'a> Splitter<'a> {
 
 /// The squared length of the longest edge of a triangle, and which edge it is.
 #[inline(always)]
-fn longest(positions: &[Vec3], triangle: &[u32; 3]) -> (f32, usize) {
-    let [a, b, c] = triangle.map(|v| positions[v as usize]);
+fn longest(vertices: &[Vertex], triangle: &[u32; 3]) -> (f32, usize) {
+    let [a, b, c] = triangle.map(|v| vertices[v as usize].position);
     let lengths = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
     let mut best = (lengths[0], 0);
     for k in 1..3 {

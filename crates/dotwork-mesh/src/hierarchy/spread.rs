@@ -8,18 +8,21 @@ use crate::topology::NONE;
 pub const SPREAD: usize = 4;
 
 /// Picks up to [`SPREAD`] of `ring` (nearest first): the nearest, then always the one whose direction, as seen from
-/// `vertex`, is farthest from those picked; [`NONE`] where the ring is shorter.
+/// `at`, is farthest from those picked; [`NONE`] where the ring is shorter.
 #[inline]
-pub(super) fn spread(positions: &[Vec3], vertex: u32, ring: impl Iterator<Item = u32>) -> [u32; SPREAD] {
+pub(super) fn spread(
+    at: Vec3,
+    ring: impl Iterator<Item = u32>,
+    position: impl Fn(u32) -> Vec3,
+) -> [u32; SPREAD] {
     const MOST: usize = 12;
-    let at = positions[vertex as usize];
     let (mut who, mut way) = ([NONE; MOST], [Vec3::ZERO; MOST]);
     // Largest cosine to a direction already picked.
     let mut closest = [f32::NEG_INFINITY; MOST];
     let mut n = 0;
     for (w, k) in ring.zip(0..MOST) {
         who[k] = w;
-        way[k] = (positions[w as usize] - at).normalize_or_zero();
+        way[k] = (position(w) - at).normalize_or_zero();
         n = k + 1;
     }
     let mut picked = [NONE; SPREAD];
