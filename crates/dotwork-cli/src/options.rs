@@ -82,6 +82,11 @@ impl<'a> Options<'a> {
         }
     }
 
+    /// Whether an option says who makes the order of the stipples.
+    pub fn asks_bake(&self) -> bool {
+        self.args.bake.is_some() || self.args.style.set.iter().any(|set| set.trim_start().starts_with("bake"))
+    }
+
     /// How inputs are read.
     pub fn load(&self) -> &LoadOptions {
         &self.load

@@ -124,7 +124,7 @@ impl CpuBackend {
                 .filter_map(|i| selector.see_unhidden(i))
                 .map(|seen| {
                     let weight = selector.page_weight(&seen);
-                    (if f64::from(selector.demand(&seen).0) > enough { weight } else { 0.0 }, weight)
+                    (if selector.needed(&seen) > enough { weight } else { 0.0 }, weight)
                 })
                 .collect::<Vec<_>>();
             // Areas of objects compare by the area a stipple stands for.
@@ -148,7 +148,7 @@ impl CpuBackend {
         let mut demands: Vec<(f64, f64)> = (0..stock.len().min(SAMPLE))
             .into_par_iter()
             .filter_map(|i| selector.see_unhidden(i))
-            .map(|seen| (f64::from(selector.demand(&seen).0), selector.page_weight(&seen)))
+            .map(|seen| (selector.needed(&seen), selector.page_weight(&seen)))
             .collect();
         demands.sort_by(|a, b| b.0.total_cmp(&a.0));
         let all: f64 = demands.iter().map(|d| d.1).sum();

@@ -2,12 +2,13 @@
 
 use dotwork_drawing::{Dots, Page, Projection, View};
 use dotwork_ink::tone::Viewing;
-use dotwork_ink::{Fade, Lit, Stock, Style, Visibility};
+use dotwork_ink::{BakeMethod, Fade, Lit, Relevance, Stock, Style, Visibility};
 use glam::Vec3;
 
 use crate::depth::GRAZING;
 use crate::hiding::Hidden;
 use crate::plan::InkPlan;
+use crate::relevance::reserve;
 
 /// From [`GRAZING`] on dots come in over this much of the cosine, so that nothing pops at the rim: at half a degree a
 /// frame a cosine moves by up to 0.009. The strip is a pixel wide on a page of a thousand; its lost ink is not seen.
@@ -36,6 +37,8 @@ pub(crate) struct Selector<'a> {
     pub one_sided: bool,
     /// Ink of the surface's own colours, if it makes a tone.
     pub own: &'a [f32],
+    /// Its stipples are, or are to be, drawn by their edges.
+    by_edges: bool,
     /// Added to every id: the object's number in the high bits.
     pub id_base: u64,
 }
@@ -127,6 +130,7 @@ impl<'a> Selector<'a> {
                 GRAZING.max(style.front_angle.to_radians().cos())
             },
             own: if style.texture > 0.0 { &stock.own } else { &[] },
+            by_edges: style.relevance == Relevance::Edges && style.bake == BakeMethod::Hierarchy,
             id_base,
         }
     }
@@ -270,6 +274,12 @@ impl<'a> Selector<'a> {
     /// The place of stipple `i` and the ink it asks for; `None` if it cannot be seen or asks for none.
     pub fn see_unhidden(&self, i: usize) -> Option<Seen> {
         self.see(i).filter(|seen| !self.hidden(i, &seen.at))
+    }
+
+    /// Density that the stock must have for what a place asks for, per object unit squared.
+    pub fn needed(&self, seen: &Seen) -> f64 {
+        let density = f64::from(self.demand(seen).0);
+        if self.by_edges { density * f64::from(reserve(seen.at.cosine.abs())) } else { density }
     }
 
     /// Area of the page that the place stands for, relative to other places of the stock.

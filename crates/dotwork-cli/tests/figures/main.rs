@@ -4,6 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
 
+mod hierarchy;
 mod measure;
 mod surfaces;
 mod volumes;

@@ -85,7 +85,7 @@ fn tone_of_tilted_plates() {
 }
 
 /// The dots of a face-on unit square drawn at a tone, in units of the square.
-fn plate_dots(folder: &Folder, mesh: &Path, options: &str) -> Vec<[f64; 2]> {
+pub fn plate_dots(folder: &Folder, mesh: &Path, options: &str) -> Vec<[f64; 2]> {
     let csv = folder.path("plate.csv");
     dotwork(&format!("--style flat --camera 0,0 --ortho --size 2048x2048 {options}"), mesh, &csv);
     let table = Table::read(&csv);
@@ -121,7 +121,7 @@ fn evenness_at_every_tone() {
 }
 
 /// The strongest single frequency over the mean of its ring, for frequencies up to 1.6 over the hexagonal spacing.
-fn spectral_peak(points: &[[f64; 2]]) -> f64 {
+pub fn spectral_peak(points: &[[f64; 2]]) -> f64 {
     // A window of the square's middle keeps its edges out of the spectrum; 2,500 dots are enough.
     let side = (2500.0 / points.len() as f64).sqrt().min(0.9);
     let low = 0.5 - side / 2.0;
