@@ -36,10 +36,10 @@ fn check(mesh: &Mesh, h: &Hierarchy, points: usize) {
 }
 
 #[test]
-fn every_vertex_has_one_place_and_few_are_lost() {
+fn every_vertex_has_one_place() {
     let mesh = build(shapes::sphere(4));
-    // Enough that the finest vertex comes too.
-    let points = 8 * mesh.positions.len();
+    // Enough that the finest vertex comes too: two may have moved towards each other.
+    let points = 60 * mesh.positions.len();
     let h = hierarchy(&mesh, &settings(points), |_| ());
     check(&mesh, &h, points);
     assert_eq!(h.radius.len(), points);
