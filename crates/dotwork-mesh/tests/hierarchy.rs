@@ -1,5 +1,7 @@
 //! The point hierarchy: what it promises, on clean meshes and on ugly ones.
 
+#![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
+
 use std::collections::HashSet;
 
 use dotwork_mesh::{Hierarchy, HierarchySettings, Mesh, MeshOptions, RawMesh, hierarchy, shapes};
@@ -180,8 +182,10 @@ fn ugly(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
 fn ugly_meshes_give_an_order_all_the_same() {
     let v = Vec3::new;
     let fan = |n: u32| {
-        let rim = (0..n)
-            .map(|k| v((k as f32 / n as f32 * 6.2831).cos(), (k as f32 / n as f32 * 6.2831).sin(), 0.0));
+        let rim = (0..n).map(|k| {
+            let (sin, cos) = (std::f32::consts::TAU * k as f32 / n as f32).sin_cos();
+            v(cos, sin, 0.0)
+        });
         let positions = std::iter::once(Vec3::ZERO).chain(rim).collect();
         ugly(positions, (0..n).map(|k| [0, 1 + k, 1 + (k + 1) % n]).collect())
     };

@@ -66,9 +66,9 @@ impl Ground {
             }
             let share = inside.map(|v| v / all);
             let (mut worst, mut k) = (share[0], 0);
-            for j in 1..3 {
-                if share[j] < worst {
-                    (worst, k) = (share[j], j);
+            for (j, &v) in share.iter().enumerate() {
+                if v < worst {
+                    (worst, k) = (v, j);
                 }
             }
             // Edge k + 1 lies opposite corner k.

@@ -385,9 +385,9 @@ fn longest(vertices: &[Vertex], triangle: &[u32; 3]) -> (f32, usize) {
     let [a, b, c] = triangle.map(|v| vertices[v as usize].position);
     let lengths = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
     let mut best = (lengths[0], 0);
-    for k in 1..3 {
-        if lengths[k] > best.0 {
-            best = (lengths[k], k);
+    for (k, &length) in lengths.iter().enumerate() {
+        if length > best.0 {
+            best = (length, k);
         }
     }
     best
