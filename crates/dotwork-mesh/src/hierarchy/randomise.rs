@@ -11,8 +11,8 @@ use crate::Topology;
 use crate::geometry::GRAIN;
 use crate::topology::NONE;
 
-/// How far a vertex moves at most at full strength, over its shortest edge. With half of it a grid's frequency is all but
-/// gone (a uniform disc of radius R leaves it `(2 J₁(kR) / kR)²` of its power: 8 %, and 41 % at a third).
+/// How far a vertex moves at most at full strength, over its shortest edge. Places uniform over a disc of radius R leave a
+/// grid's frequency k `(2 J₁(kR) / kR)²` of its power: 41 % at a third of the edge, next to nothing at two thirds.
 const REACH: f32 = 0.65;
 
 /// A triangle that is left with less than this share of its area, or turned over, is too thin.
