@@ -419,6 +419,8 @@ pub enum BakeMethod {
     Voxel,
     /// lists of dots in the faces of a mesh (Lu et al. 2003)
     Face,
+    /// the mesh's vertices as edges collapse and split (Meruvia Pastor 2003)
+    Hierarchy,
 }
 
 /// Backends.
@@ -512,10 +514,11 @@ Examples:
   dotwork bench bunny.ply dragon.ply.gz --size 1024 --threads 1
   dotwork bench engine.nrrd --iso 60
   dotwork bench engine.nrrd --size 512 --rates --style papers
+  dotwork bench teapot.obj --stipples 60000 --set bake=hierarchy
   dotwork bench --size 1024 --stipples 1000000 --set dot_size=1px
   dotwork bench --json > bench.json
 
-The fifth draws, writes and orders about 200,000 dots.")]
+The sixth draws, writes and orders about 200,000 dots.")]
 pub struct BenchArgs {
     /// meshes and volumes to measure with [default: demo:teapot demo:ribbon]
     #[arg(value_name = "INPUT")]

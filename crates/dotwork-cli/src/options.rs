@@ -98,8 +98,14 @@ impl<'a> Options<'a> {
             Some(BakeMethod::BlueNoise) => style.bake = dotwork::ink::BakeMethod::BlueNoise,
             Some(BakeMethod::Voxel) => style.bake = dotwork::ink::BakeMethod::Voxel,
             Some(BakeMethod::Face) => style.bake = dotwork::ink::BakeMethod::Face,
+            Some(BakeMethod::Hierarchy) => style.bake = dotwork::ink::BakeMethod::Hierarchy,
             None => {}
         }
+    }
+
+    /// Whether an option says who makes the order of the stipples.
+    pub fn asks_bake(&self) -> bool {
+        self.args.bake.is_some() || self.args.style.set.iter().any(|set| set.trim_start().starts_with("bake"))
     }
 
     /// How inputs are read.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dotwork::ink::PARAMS;
+use dotwork::ink::{BakeMethod, PARAMS};
 use dotwork::{LoadOptions, Loaded, Object, Plate, Scene, Style, Warnings, load_with};
 
 use crate::options::Options;
@@ -137,7 +137,8 @@ fn check_bake(input: &Path, baked: &Scene, options: &Options) -> Result<(), Fail
     Ok(())
 }
 
-/// Puts the options' style over a baked object's own. The stipples keep the regularity that they were baked with.
+/// Puts the options' style over a baked object's own. The stipples keep the regularity that they were baked with, and
+/// those of a hierarchy, or that are to become one, who made them.
 fn restyle(
     input: &Path,
     object: &mut Object,
@@ -147,14 +148,21 @@ fn restyle(
     let mut style = options.style(&object.style);
     let of_volume = object.source.as_ref().is_some_and(|source| source.iso.is_some());
     let (mut baked, mut wanted) = (Vec::new(), Vec::new());
-    let shapes = |name| OF_VOLUMES.contains(&name) || name == "clip" || name == "regularity";
+    let hierarchy = [object.style.bake, style.bake].contains(&BakeMethod::Hierarchy);
+    let shapes = |name| {
+        OF_VOLUMES.contains(&name)
+            || ["clip", "regularity"].contains(&name)
+            || hierarchy && ["bake", "randomize"].contains(&name)
+    };
     for param in PARAMS.iter().filter(|p| shapes(p.name)) {
         let (old, new) = (param.get(&object.style), param.get(&style));
         if new == old {
             continue;
         }
         // Another style brings the defaults of all that it says nothing about.
-        let asked = param.name == "regularity" || new != param.default();
+        let asked = param.name == "regularity"
+            || param.name == "bake" && options.asks_bake()
+            || new != param.default();
         if asked && (of_volume || !OF_VOLUMES.contains(&param.name)) {
             baked.push(format!("{} {old}", param.name));
             wanted.push(format!("{} {new}", param.name));

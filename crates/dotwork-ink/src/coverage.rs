@@ -8,7 +8,7 @@
 //! measures some of their entries again.
 
 use crate::coverage_table::{COVERAGE, COVERAGE_COSINES, COVERAGE_INKS, COVERAGE_WIDTH};
-use crate::params::{Fade, Style};
+use crate::params::{BakeMethod, Fade, Style};
 
 /// Columns of the inverse table: ink 0…1.
 const INKS: usize = 128;
@@ -21,6 +21,9 @@ pub struct Coverage {
     /// `INKS + 2` columns for each of `COSINES + 2` rows; the extra ones repeat the last, for interpolation.
     inverse: Vec<f32>,
 }
+
+/// The regularity whose dots overlap as those of a hierarchy do: measured on plates at tones from 0.5 to 0.9.
+const HIERARCHY: f32 = 0.67;
 
 /// The covered share of the page for ink area `x` per page area at cosine `c`, for dots that arrive over `width` of
 /// the spacing and an order of the given regularity.
@@ -48,6 +51,10 @@ impl Coverage {
     /// Inverts the table for a style.
     pub fn new(style: &Style) -> Coverage {
         let width = if style.fade == Fade::Off { 0.0 } else { style.fade_width };
+        let regularity = match style.bake {
+            BakeMethod::Hierarchy => HIERARCHY,
+            _ => style.regularity,
+        };
         let mut inverse = Vec::with_capacity((INKS + 2) * (COSINES + 2));
         for j in 0..COSINES + 2 {
             let c = (j as f32 / COSINES as f32).min(1.0);
@@ -57,7 +64,7 @@ impl Coverage {
                 let (mut low, mut high) = (0.0f32, COVERAGE_INKS[COVERAGE_INKS.len() - 1]);
                 for _ in 0..30 {
                     let middle = 0.5 * (low + high);
-                    if covered(middle, c, width, style.regularity) < ink {
+                    if covered(middle, c, width, regularity) < ink {
                         low = middle;
                     } else {
                         high = middle;

@@ -64,17 +64,22 @@ const STEPS: usize = 1024;
 impl DensityTable {
     /// Counts the table from a bake's radii, which fall.
     pub fn new(baked: &Baked, arrival: Arrival) -> DensityTable {
-        let n = baked.len();
+        DensityTable::counted(&baked.radius, baked.area, arrival)
+    }
+
+    /// Counts the table from the distances, falling, at which stipples enter on a surface of this area.
+    pub fn counted(radii: &[f32], area: f64, arrival: Arrival) -> DensityTable {
+        let n = radii.len();
         // Running sums of r and r², so that each step is two searches.
         let mut sums = Vec::with_capacity(n + 1);
         sums.push((0.0f64, 0.0f64));
         let (mut s1, mut s2) = (0.0, 0.0);
-        for &r in &baked.radius {
+        for &r in radii {
             s1 += f64::from(r);
             s2 += f64::from(r).powi(2);
             sums.push((s1, s2));
         }
-        let (Some(&first), Some(&last)) = (baked.radius.first(), baked.radius.last()) else {
+        let (Some(&first), Some(&last)) = (radii.first(), radii.last()) else {
             return DensityTable { spacing: vec![1.0], density: vec![0.0] };
         };
         let width = f64::from(arrival.width);
@@ -82,7 +87,7 @@ impl DensityTable {
         let from = f64::from(first) * 1.01;
         let to = f64::from(last) / (1.0 + width) * 0.999;
         let step = (to / from).powf(1.0 / (STEPS - 1) as f64);
-        let count = |r: f64| baked.radius.partition_point(|&v| f64::from(v) >= r);
+        let count = |r: f64| radii.partition_point(|&v| f64::from(v) >= r);
         let mut spacing = Vec::with_capacity(STEPS);
         let mut density = Vec::with_capacity(STEPS);
         for i in 0..STEPS {
@@ -102,7 +107,7 @@ impl DensityTable {
             };
             spacing.push(d as f32);
             // Subtraction can leave −1e-12 where nothing is drawn.
-            density.push((ink.max(0.0) / baked.area).max(density.last().copied().unwrap_or(0.0)));
+            density.push((ink.max(0.0) / area).max(density.last().copied().unwrap_or(0.0)));
         }
         DensityTable { spacing, density }
     }
@@ -166,6 +171,7 @@ mod tests {
             id: (0..n as u64).collect(),
             element: vec![0; n],
             weights: vec![[0.0; 2]; n],
+            neighbours: Vec::new(),
             area: 2.0,
         }
     }

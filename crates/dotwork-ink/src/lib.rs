@@ -22,14 +22,14 @@ mod stock;
 mod surface;
 pub mod tone;
 
-pub use bake::{BakeSettings, MAX_STIPPLES, blue_noise};
+pub use bake::{BakeSettings, HierarchySettings, MAX_STIPPLES, blue_noise, hierarchy};
 pub use coloring::ColorTable;
 pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Rank, Role, SilhouetteForm, SizeMax,
-    Style, SurfaceChoice, TwoSided, Visibility, Window, find_param,
+    Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Rank, Relevance, Role, SilhouetteForm,
+    SizeMax, Style, SurfaceChoice, TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
 pub use stock::{Baked, Carrier, Elements, Faces, Stock, Vectors};

@@ -14,12 +14,15 @@ use crate::bake;
 pub struct Baked {
     /// Spacing at which the stipple enters, object units, falling along the order.
     pub radius: Vec<f32>,
-    /// Stable identity, below 2³⁸: the stage and the candidate.
+    /// Stable identity, below 2³⁸: the stage and the candidate, or the vertex.
     pub id: Vec<u64>,
     /// The element that carries the stipple.
     pub element: Vec<u32>,
     /// Barycentric coordinates of the element's second and third vertex.
     pub weights: Vec<[f32; 2]>,
+    /// Of each stipple of a `hierarchy`, two to four neighbours among those before it, on all sides, the nearest first;
+    /// [`u32::MAX`] for none. Empty for other bakes.
+    pub neighbours: Vec<[u32; 4]>,
     /// Area of the surface, object units squared.
     pub area: f64,
 }
@@ -251,6 +254,39 @@ impl Stock {
         Stock { stretch, ..posed }
     }
 
+    /// Takes [`Stock::stretch`] from each stipple's neighbours, where it has some (Meruvia Pastor et al. 2003, section
+    /// V-C): they lie around it at the distance at which it enters. `rest` is this stock in the pose of its bake.
+    ///
+    /// The paper takes the mean of the distances as the new radius. That counts a stretch along one axis twice over: the
+    /// edges of a place that becomes twice as long grow by 1.54 in the mean, its area, which is what dots are to fill, by
+    /// the square of 1.41. Here it is the areas that edges span, two by two: `J² = Σ |eᵢ × eⱼ|² / Σ |e⁰ᵢ × e⁰ⱼ|²`, which is
+    /// the change of area exactly wherever the surface is moved evenly (Cauchy and Binet).
+    pub fn stretch_by_neighbours(&mut self, rest: &Stock) {
+        let spanned = |stock: &Stock, i: usize| {
+            let at = stock.position.at(i);
+            let ends = stock.baked.neighbours[i];
+            let edge = |k: usize| match ends[k] {
+                u32::MAX => Vec3::ZERO,
+                n => stock.position.at(n as usize) - at,
+            };
+            let edges = [0, 1, 2, 3].map(edge);
+            let pairs = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b)));
+            pairs.map(|(a, b)| edges[a].cross(edges[b]).length_squared()).sum::<f32>()
+        };
+        let (now, then) = (&*self, rest);
+        let known = now.baked.neighbours.len();
+        let stretch = |i: usize| {
+            let by_triangle = now.stretch.get(i).copied().unwrap_or(1.0);
+            if i >= known {
+                return by_triangle;
+            }
+            let ratio = (spanned(now, i) / spanned(then, i)).sqrt();
+            // Neighbours in a line span nothing.
+            if ratio.is_finite() && ratio > 0.0 { ratio } else { by_triangle }
+        };
+        self.stretch = (0..now.len()).into_par_iter().map(stretch).collect();
+    }
+
     /// This stock with `more` stipples at its end, which lie on the same surface in the same pose and have smaller radii.
     pub fn with(&self, more: &Stock) -> Stock {
         fn joined<T: Clone>(a: &[T], b: &[T]) -> Vec<T> {
@@ -268,6 +304,7 @@ impl Stock {
             element: joined(&a.element, &b.element),
             weights: joined(&a.weights, &b.weights),
             area: a.area,
+            neighbours: Vec::new(),
         };
         Stock {
             baked: Arc::new(baked),

@@ -22,6 +22,7 @@ mod clean;
 mod clip;
 mod creases;
 mod geometry;
+mod hierarchy;
 mod measure;
 mod mesh;
 mod motion;
@@ -32,6 +33,7 @@ mod winding;
 
 pub use clip::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule, clip};
 pub use creases::{Crease, Creases};
+pub use hierarchy::{Hierarchy, HierarchySettings, SPREAD, hierarchy};
 pub use measure::{Bounds, MeshStats};
 pub use mesh::{InOrder, Mesh, MeshError, MeshOptions, RawMesh};
 pub use motion::{Clip, Motion, MovingMesh, area_of};

@@ -210,8 +210,9 @@ pub(crate) fn same_direction(triangles: &[[u32; 3]], t: u32, k: usize, other: u3
     (0..3).any(|j| o[j] == from && o[(j + 1) % 3] == to)
 }
 
-/// A counting sort of the faces by vertex.
-fn faces_by_vertex(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+/// A counting sort of the faces by vertex: where those of each vertex begin, one more than there are vertices, and the
+/// faces.
+pub(crate) fn faces_by_vertex(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     // Counts are kept one place further on, so that filling moves each start to where it belongs.
     let mut start = vec![0u32; vertices + 2];
     for &v in triangles.as_flattened() {

@@ -124,7 +124,7 @@ impl CpuBackend {
                 .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
                 .map(|(i, seen)| {
                     let weight = selector.page_weight(i, &seen);
-                    (if f64::from(selector.demand(i, &seen)) > enough { weight } else { 0.0 }, weight)
+                    (if selector.needed(i, &seen) > enough { weight } else { 0.0 }, weight)
                 })
                 .collect::<Vec<_>>();
             // Areas of objects compare by the area a stipple stands for.
@@ -149,7 +149,7 @@ impl CpuBackend {
         let mut demands: Vec<(f64, f64)> = (0..sample)
             .into_par_iter()
             .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
-            .map(|(i, seen)| (f64::from(selector.demand(i, &seen)), selector.page_weight(i, &seen)))
+            .map(|(i, seen)| (selector.needed(i, &seen), selector.page_weight(i, &seen)))
             .collect();
         demands.sort_by(|a, b| b.0.total_cmp(&a.0));
         let all: f64 = demands.iter().map(|d| d.1).sum();

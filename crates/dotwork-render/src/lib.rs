@@ -18,6 +18,7 @@ mod layers;
 mod outline;
 mod plan;
 mod raster;
+mod relevance;
 mod same;
 mod select;
 mod veil;

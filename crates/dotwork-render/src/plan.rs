@@ -3,9 +3,11 @@
 use dotwork_drawing::Page;
 use dotwork_ink::tone::{ElementTone, front_limit};
 use dotwork_ink::{
-    Arrival, ColorTable, Coverage, DensityTable, Factors, Fraction, PapersTone, Stock, Style, Tone,
+    Arrival, ColorTable, Coverage, DensityTable, Factors, Fraction, PapersTone, Relevance, Stock, Style, Tone,
 };
 use rayon::prelude::*;
+
+use crate::relevance::Edges;
 
 /// The density at which each of the stipples with these radii is drawn first.
 fn appearances(table: &DensityTable, arrival: Arrival, radii: &[f32]) -> Vec<f32> {
@@ -24,13 +26,16 @@ pub struct InkPlan {
     pub(crate) spacing: Spacing,
     pub(crate) arrival: Arrival,
     /// Density at which each stipple is drawn first, per object unit squared; rises along the stock. Empty where
-    /// elements have counts.
+    /// elements have counts; 0 where edges decide, which depends on the view.
     pub(crate) appears: Vec<f32>,
     /// Radius of a dot that faces the eye, pixels.
     pub(crate) dot_radius: f32,
     /// `c ↦ c^foreshorten` for c = 0…1.
     foreshortening: Vec<f32>,
     pub(crate) grow: f32,
+    /// The test of projected edges, where the style asks for it and the stock has neighbours; table and spacing are then
+    /// those of the shortest edges.
+    pub(crate) edges: Option<Edges>,
     /// The papers' factors, where the style asks for them.
     pub(crate) papers: Option<Papers>,
     /// The colours of dots, where they have more than one.
@@ -97,7 +102,7 @@ const OCTAVES: u32 = 20;
 impl InkPlan {
     /// Works out the tables.
     pub fn new(stock: &Stock, style: &Style, page: &Page) -> InkPlan {
-        InkPlan::planned(stock, style, page, DensityTable::new(&stock.baked, Arrival::of(style)), OCTAVES)
+        InkPlan::planned(stock, style, page, None, OCTAVES)
     }
 
     /// The tables of an endless stock: `stock` holds every stipple of at least the radius `complete`, object units, and
@@ -105,7 +110,7 @@ impl InkPlan {
     pub fn endless(stock: &Stock, style: &Style, page: &Page, complete: f32, last: f32) -> InkPlan {
         let table = DensityTable::extended(&stock.baked, Arrival::of(style), complete, last);
         let more = 2.0 * (complete / last).max(1.0).log2().ceil();
-        InkPlan::planned(stock, style, page, table, OCTAVES + more as u32)
+        InkPlan::planned(stock, style, page, Some(table), OCTAVES + more as u32)
     }
 
     /// The same plan for a stock with further stipples of these radii, falling, at its end.
@@ -120,7 +125,14 @@ impl InkPlan {
         self.spacing.at(density)
     }
 
-    fn planned(stock: &Stock, style: &Style, page: &Page, table: DensityTable, octaves: u32) -> InkPlan {
+    /// The tables; that of densities is counted where none is given.
+    fn planned(
+        stock: &Stock,
+        style: &Style,
+        page: &Page,
+        table: Option<DensityTable>,
+        octaves: u32,
+    ) -> InkPlan {
         let arrival = Arrival::of(style);
         let coverage = Coverage::new(style);
         let papers = style.factors == Factors::Papers;
@@ -128,8 +140,15 @@ impl InkPlan {
         // The largest dot is the full size.
         let sized = style.size_max.0.filter(|_| elements.is_some());
         let dot_radius = 0.5 * sized.unwrap_or(style.dot_size).to_px(page);
+        let edges = (style.relevance == Relevance::Edges).then(|| Edges::new(stock, arrival)).flatten();
+        let (edges, table) = match (edges, table) {
+            (Some((edges, table)), _) => (Some(edges), table),
+            (None, Some(table)) => (None, table),
+            (None, None) => (None, DensityTable::new(&stock.baked, arrival)),
+        };
         let appears = match elements {
             Some(_) => Vec::new(),
+            None if edges.is_some() => vec![0.0; stock.len()],
             None => appearances(&table, arrival, &stock.baked.radius),
         };
         let papers = papers.then(|| Papers {
@@ -153,6 +172,7 @@ impl InkPlan {
                 .map(|i| (i as f32 / FORESHORTENING_STEPS as f32).min(1.0).powf(style.foreshorten))
                 .collect(),
             grow: style.grow,
+            edges,
             papers,
             colors: ColorTable::new(style),
         }

@@ -2,12 +2,13 @@
 
 use dotwork_drawing::{Dots, Page, Projection, View};
 use dotwork_ink::tone::Viewing;
-use dotwork_ink::{Fade, Lit, Stock, Style, Visibility};
+use dotwork_ink::{BakeMethod, Fade, Lit, Relevance, Stock, Style, Visibility};
 use glam::Vec3;
 
 use crate::depth::GRAZING;
 use crate::hiding::Hidden;
 use crate::plan::InkPlan;
+use crate::relevance::reserve;
 
 /// From [`GRAZING`] on dots come in over this much of the cosine, so that nothing pops at the rim: at half a degree a
 /// frame a cosine moves by up to 0.009. The strip is a pixel wide on a page of a thousand; its lost ink is not seen.
@@ -36,6 +37,8 @@ pub(crate) struct Selector<'a> {
     pub one_sided: bool,
     /// Ink of the surface's own colours, if it makes a tone.
     pub own: &'a [f32],
+    /// Its stipples are, or are to be, drawn by their edges.
+    by_edges: bool,
     /// Added to every id: the object's number in the high bits.
     pub id_base: u64,
 }
@@ -127,6 +130,7 @@ impl<'a> Selector<'a> {
                 GRAZING.max(style.front_angle.to_radians().cos())
             },
             own: if style.texture > 0.0 { &stock.own } else { &[] },
+            by_edges: style.relevance == Relevance::Edges && style.bake == BakeMethod::Hierarchy,
             id_base,
         }
     }
@@ -298,6 +302,12 @@ impl<'a> Selector<'a> {
         self.plan.spacing_of(self.demand(i, &seen))
     }
 
+    /// Density that the stock must have for what the place of stipple `i` asks for, per object unit squared.
+    pub fn needed(&self, i: usize, seen: &Seen) -> f64 {
+        let density = f64::from(self.demand(i, seen));
+        if self.by_edges { density * f64::from(reserve(seen.at.cosine.abs())) } else { density }
+    }
+
     /// Area of the page that the place of stipple `i` stands for, relative to other places of the stock.
     pub fn page_weight(&self, i: usize, seen: &Seen) -> f64 {
         f64::from(self.stock.baked_density(i, seen.at.cosine * seen.at.scale * seen.at.scale))
@@ -332,13 +342,19 @@ impl<'a> Selector<'a> {
     /// In passes over blocks, each of which leaves fewer: projecting all is vector code, lighting those in view and
     /// drawing those that are asked for have few branches to guess.
     pub fn select(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
-        match self.plan.papers {
-            None => self.select_by::<false>(range, dots),
-            Some(_) => self.select_by::<true>(range, dots),
+        match (&self.plan.papers, &self.plan.edges) {
+            (None, None) => self.select_by::<false, false>(range, dots),
+            (None, Some(_)) => self.select_by::<false, true>(range, dots),
+            (Some(_), None) => self.select_by::<true, false>(range, dots),
+            (Some(_), Some(_)) => self.select_by::<true, true>(range, dots),
         }
     }
 
-    fn select_by<const PAPERS: bool>(&self, range: std::ops::Range<usize>, dots: &mut Dots) {
+    fn select_by<const PAPERS: bool, const EDGES: bool>(
+        &self,
+        range: std::ops::Range<usize>,
+        dots: &mut Dots,
+    ) {
         let mut block = Block::new();
         let mut asked = [(0usize, Seen::default(), 0.0f32, 0.0f32); BLOCK];
         let mut kept = [0usize; BLOCK];
@@ -371,16 +387,35 @@ impl<'a> Selector<'a> {
                 m += usize::from(density >= self.plan.appears[i] && seen.ink > 0.0);
             }
             for (i, seen, density, growth) in &asked[..m] {
-                self.draw(*i, seen, *density, *growth, dots);
+                self.draw::<EDGES>(*i, seen, *density, *growth, dots);
             }
         }
     }
 
+    /// Length on the page of the shortest edge from stipple `i` to its relevant neighbours, pixels; without any, of its
+    /// radius.
+    fn shortest_edge(&self, i: usize, at: &Projected) -> f32 {
+        let ends = self.stock.baked.neighbours[i].iter().filter(|&&n| n != u32::MAX);
+        let length = |&n: &u32| {
+            let end = self.project(self.stock.position.at(n as usize), self.stock.facet.at(n as usize));
+            (end.x - at.x).hypot(end.y - at.y)
+        };
+        let least = ends.map(length).fold(f32::INFINITY, f32::min);
+        if least.is_finite() { least } else { self.stock.baked.radius[i] * at.scale }
+    }
+
     /// Draws stipple `i` if it has arrived and nothing hides it.
     #[inline(always)]
-    fn draw(&self, i: usize, seen: &Seen, density: f32, growth: f32, dots: &mut Dots) {
+    fn draw<const EDGES: bool>(&self, i: usize, seen: &Seen, density: f32, growth: f32, dots: &mut Dots) {
         let arrival = self.plan.arrival;
-        let arrived = arrival.at(self.stock.baked.radius[i], self.plan.spacing.at(density));
+        let spacing = self.plan.spacing.at(density);
+        let arrived = match &self.plan.edges {
+            Some(edges) if EDGES => {
+                let threshold = spacing * seen.at.scale * edges.shortening(seen.at.cosine.abs());
+                arrival.at(self.shortest_edge(i, &seen.at), threshold)
+            }
+            _ => arrival.at(self.stock.baked.radius[i], spacing),
+        };
         if arrived == 0.0 || self.hidden(i, &seen.at) {
             return;
         }

@@ -178,5 +178,6 @@ fn in_order(baked: Baked) -> Baked {
         element: order.iter().map(|&i| baked.element[i as usize]).collect(),
         weights: order.iter().map(|&i| baked.weights[i as usize]).collect(),
         area: baked.area,
+        neighbours: Vec::new(),
     }
 }

@@ -203,7 +203,13 @@ impl Moving {
         self.place(time, &mut positions);
         let mesh = self.mesh.posed(&positions);
         let stretch = (density == Density::Keep).then(|| self.mesh.stretch(&mesh));
-        let stock = stock.map(|s| Arc::new(s.posed(&mesh, stretch.as_deref())));
+        let stock = stock.map(|s| {
+            let mut posed = s.posed(&mesh, stretch.as_deref());
+            if density == Density::Keep && !s.baked.neighbours.is_empty() {
+                posed.stretch_by_neighbours(&s.posed(self.reference_mesh(), None));
+            }
+            Arc::new(posed)
+        });
         (Arc::new(mesh), stock)
     }
 

@@ -9,7 +9,8 @@ use dotwork_ink::bake::voxel;
 use dotwork_ink::lines::{Criteria, VoxelCurves};
 use dotwork_ink::tone::{FactorHistogram, factor_histograms};
 use dotwork_ink::{
-    BakeMethod, BakeSettings, Elements, Factors, MAX_STIPPLES, MeshSurface, Stock, Style, blue_noise,
+    BakeMethod, BakeSettings, Elements, Factors, HierarchySettings, MAX_STIPPLES, MeshSurface, Stock, Style,
+    blue_noise, hierarchy,
 };
 use dotwork_mesh::{Bounds, ClipRegion, Mesh, MeshError, MeshOptions, Motion, RawMesh};
 use dotwork_render::Needed;
@@ -255,6 +256,7 @@ impl Object {
     /// Draws this object in another style from now on.
     ///
     /// Normals follow a new crease angle; stipples stay, so a new regularity shows only in the next bake. Stipples of
+    /// a hierarchy are dropped, and made anew by the next bake, where `bake` or `randomize` change. Stipples of
     /// a voxel or face bake are dropped by what makes them another bake (`bake`, `k_max`, `factors`; of voxels `slab`,
     /// `gradient_min`, `clip`; of faces `rank`), so that the next one makes them anew; but without its volume, as from a
     /// `.dots` file, an object keeps the voxels' that it has, unless it is asked for those of its faces.
@@ -309,6 +311,12 @@ impl Object {
         if old != new || voxels || faces {
             self.stock = None;
         }
+        // Not so those of voxels that have lost their volume: there is nothing to make others from.
+        let hierarchies = |s: &Style| (s.bake == BakeMethod::Hierarchy).then_some(s.randomize);
+        let kept = self.stock.as_ref().is_some_and(|stock| stock.elements.is_some()) && self.volume.is_none();
+        if hierarchies(&style) != hierarchies(&self.style) && !kept {
+            self.stock = None;
+        }
         self.style = style;
         if self.wants_curves() || clip_changes && self.volume.is_some() {
             self.curves = None;
@@ -345,7 +353,7 @@ impl Object {
             // Those of a file without its volume stay.
             BakeMethod::Voxel if elements.is_some_and(|elements| !elements.are_faces()) => Lists::None,
             BakeMethod::Voxel if style.factors == Factors::Papers && !cut => Lists::Faces,
-            BakeMethod::Voxel | BakeMethod::BlueNoise => Lists::None,
+            BakeMethod::Voxel | BakeMethod::BlueNoise | BakeMethod::Hierarchy => Lists::None,
         }
     }
 
@@ -417,7 +425,19 @@ impl Object {
                 return;
             }
         }
+        if self.style.bake == BakeMethod::Hierarchy {
+            let settings = HierarchySettings { stipples: count, randomize: self.style.randomize, seed };
+            let baked = hierarchy(surface, &settings, progress);
+            self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
+            return;
+        }
+        self.bake_evenly(count, seed, progress);
+    }
+
+    /// Bakes `count` stipples by blue noise, whatever the style says.
+    fn bake_evenly(&mut self, count: usize, seed: u32, progress: &mut dyn FnMut(f32)) {
         let settings = BakeSettings { stipples: count, regularity: self.style.regularity, seed };
+        let surface = self.moving.as_ref().map_or(&self.mesh, |moving| moving.reference_mesh());
         let baked = blue_noise(&MeshSurface::new(&**surface), &settings, progress);
         self.stock = Some(Arc::new(Stock::on_mesh(baked, &self.mesh)));
         self.endless = Some(Endless::new(self.style.regularity, seed));
@@ -575,7 +595,10 @@ impl Scene {
         let counts: Vec<usize> = match self.stipples {
             Stipples::Count(n) => by_count.iter().map(|_| n).collect(),
             Stipples::Auto => {
-                self.bake_some(&by_count, &vec![PILOT_STIPPLES; by_count.len()], |_| ());
+                // What a place asks for does not depend on who makes the order: the pilot is the quickest.
+                for &k in &by_count {
+                    self.objects[k].bake_evenly(PILOT_STIPPLES, self.seed, &mut |_| ());
+                }
                 let mut needed = vec![PILOT_STIPPLES; by_count.len()];
                 let mut judge = |scene: &Scene| {
                     let mut artist = Artist::new();

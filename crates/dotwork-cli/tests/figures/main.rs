@@ -6,6 +6,7 @@
 
 mod faces;
 mod films;
+mod hierarchy;
 mod measure;
 mod surfaces;
 mod volumes;

@@ -121,7 +121,7 @@ fn evenness_at_every_tone() {
 }
 
 /// The strongest single frequency over the mean of its ring, for frequencies up to 1.6 over the hexagonal spacing.
-fn spectral_peak(points: &[[f64; 2]]) -> f64 {
+pub fn spectral_peak(points: &[[f64; 2]]) -> f64 {
     // A window of the square's middle keeps its edges out of the spectrum; 2,500 dots are enough.
     let side = (2500.0 / points.len() as f64).sqrt().min(0.9);
     let low = 0.5 - side / 2.0;

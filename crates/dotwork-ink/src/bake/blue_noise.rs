@@ -459,6 +459,7 @@ fn finish(area: f64, seed: u32, points: &Accepted, wanted: usize) -> Baked {
         id: order.par_iter().map(|key| points.id[place(key)]).collect(),
         element: order.par_iter().map(|key| points.element[place(key)]).collect(),
         weights: order.par_iter().map(|key| points.weights[place(key)]).collect(),
+        neighbours: Vec::new(),
         area,
     }
 }

@@ -12,8 +12,8 @@ use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 use values::Value;
 pub use values::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, OutlineColor, PaletteChoice, Rank, Role, SilhouetteForm, SizeMax, SurfaceChoice, TwoSided,
-    Visibility, Window,
+    Inked, Keep, OutlineColor, PaletteChoice, Rank, Relevance, Role, SilhouetteForm, SizeMax, SurfaceChoice,
+    TwoSided, Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -250,12 +250,20 @@ style! {
             "How tone is made: as a sum of ink, or as a count of dots, the product of the papers' factors below.",
             "count = N_max * tone * T_b * T_s * T_r * T_l * T_d * T_i, cut to N_max; Lu et al. 2002, eq 2 and 3";
         bake: BakeMethod = BakeMethod::BlueNoise, Kind::Choice(BakeMethod::WORDS), "",
-            "Who makes the order of the stipples: one even order over the surface, or a list for each voxel of a volume, \
-             or for each face of a mesh. With the papers' factors voxel means the faces where there is no volume.",
-            "voxel: Lu et al. 2002, section 4.3; face: Lu et al. 2003, section 4";
+            "Who makes the order of the stipples: one even order over the surface, a list for each voxel of a volume or for \
+             each face of a mesh, or the vertices of a mesh as its edges collapse and split. With the papers' factors voxel \
+             means the faces where there is no volume.",
+            "voxel: Lu et al. 2002, section 4.3; face: Lu et al. 2003, section 4; hierarchy: Meruvia Pastor et al. 2003, \
+             section IV";
         rank: Rank = Rank::Even, Kind::Choice(Rank::WORDS), "",
             "Which faces show a dot first where each asks for less than one: even spreads them, random leaves it to chance.",
             "the number u of a face; random: Lu et al. 2003, 5.2";
+        randomize: f32 = 1.0, UNIT, "",
+            "How far a hierarchy moves its vertices at random, so that the rows of a mesh do not show: 0 leaves them.",
+            "Meruvia Pastor et al. 2003, section IV-E";
+        relevance: Relevance = Relevance::Radius, Kind::Choice(Relevance::WORDS), "",
+            "What draws a stipple of a hierarchy: its radius, or all edges to its relevant neighbours as they are on the page.",
+            "radius: radius >= spacing; edges: the shortest edge >= spacing; Meruvia Pastor et al. 2003, sections V-B and V-A";
         boundary: bool = true, Kind::Switch, "", "Draws more where values are high and gradients strong.",
             "T_b = v * (k_gc + k_gs * |G|^k_ge); Lu et al. 2002, eq 5";
         k_gc: f32 = 0.39, STRENGTH, "", "How much the value itself counts for the boundary factor.", "see boundary";

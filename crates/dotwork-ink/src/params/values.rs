@@ -232,6 +232,8 @@ choice! {
         Voxel = "voxel",
         /// A list for each face of a mesh.
         Face = "face",
+        /// The vertices of the mesh and of its refinement, as edges collapse and split.
+        Hierarchy = "hierarchy",
     }
 }
 
@@ -242,6 +244,16 @@ choice! {
         Even = "even",
         /// Any.
         Random = "random",
+    }
+}
+
+choice! {
+    /// What is compared with the spacing that a place asks for.
+    Relevance {
+        /// A stipple's radius: one number, made by the bake.
+        Radius = "radius",
+        /// The edges to its relevant neighbours as they are projected: all must be longer.
+        Edges = "edges",
     }
 }
 

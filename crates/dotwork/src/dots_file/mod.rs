@@ -11,6 +11,7 @@
 //! | `K/triangles`, `K/corner_normals` | three `u32` each; the latter only where normals are split |
 //! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
+//! | `K/neighbours` | where the bake is a hierarchy: four `u32` each, stipples before this one, 2³² − 1 for none |
 //! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
 //! | `K/faces/areas`, `K/faces/numbers` | beside these, where the bake is one of faces: an `f32` a triangle each; `surfaces` has `faces` with `n_max`, `wanted`, `seed`, `reference` |
 //! | `K/curves/voxels`, `K/curves/normals`, `K/curves/magnitudes`, `K/curves/laplacians` | where silhouette curves are drawn from voxels, those that may be part of them: numbers in the grid (`u32`, rising), three `f32`, then one; `surfaces` has `curves` with the grid's `dims`, `origin`, `edges`, and `t_log`, `t_grad`, `least` |
@@ -106,6 +107,9 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
             file.section_u64(&section("id"), &bake.id);
             file.section_u32(&section("element"), &bake.element);
             file.section_f32(&section("weights"), bake.weights.as_flattened());
+            if !bake.neighbours.is_empty() {
+                file.section_u32(&section("neighbours"), bake.neighbours.as_flattened());
+            }
         }
         if let Some(faces) = stock.elements.as_ref().and_then(|e| faces::write(&mut file, k, e)) {
             surface.insert("faces".into(), faces);
@@ -162,7 +166,8 @@ pub(crate) fn read_scene(file: &Reader) -> Result<Scene, DotsError> {
             None => None,
         };
         let (mesh, stock) = (Arc::new(mesh), Some(Arc::new(stock)));
-        let by_surface = stock.as_ref().is_some_and(|stock| stock.elements.is_none());
+        let evenly = |s: &Arc<Stock>| s.elements.is_none() && s.baked.neighbours.is_empty();
+        let by_surface = stock.as_ref().is_some_and(evenly);
         let endless = by_surface.then(|| Endless::new(object.style.regularity, scene.seed));
         let blank = Object::of_mesh(object.name, mesh, object.style);
         let (source, world) = (object.source, object.world);
@@ -246,6 +251,13 @@ fn read_object(
         id: file.u64s(&section("id"))?,
         element: file.u32s(&section("element"))?,
         weights: file.f32s(&section("weights"))?.as_chunks::<2>().0.to_vec(),
+        neighbours: match section("neighbours") {
+            name if file.has(&name) => {
+                file.expect_length(&name, count.saturating_mul(4))?;
+                file.u32s(&name)?.as_chunks::<4>().0.to_vec()
+            }
+            _ => Vec::new(),
+        },
         area,
     };
     if baked.is_empty() {
@@ -261,6 +273,10 @@ fn read_object(
     let inside = |&[v, w]: &[f32; 2]| v >= -ROUNDING && w >= -ROUNDING && v + w <= 1.0 + ROUNDING;
     if !baked.weights.par_iter().all(inside) {
         return Err(broken("a stipple lies outside its triangle"));
+    }
+    let earlier = |(i, all): (usize, &[u32; 4])| all.iter().all(|&n| n == u32::MAX || (n as usize) < i);
+    if !baked.neighbours.par_iter().enumerate().all(earlier) {
+        return Err(broken("a stipple has a neighbour that does not come before it"));
     }
     let mut ids = baked.id.clone();
     ids.par_sort_unstable();

@@ -139,6 +139,7 @@ pub fn face(mesh: &Mesh, settings: &FaceSettings, mut progress: impl FnMut(f32))
         element: keyed.par_iter().map(at).map(|(e, ..)| e).collect(),
         weights: keyed.par_iter().map(at).map(|(.., weights)| weights).collect(),
         area: whole,
+        neighbours: Vec::new(),
     };
     let stock = Stock::of_faces(baked, mesh, Faces { number, area, n_max, wanted, seed, reference });
     progress(1.0);

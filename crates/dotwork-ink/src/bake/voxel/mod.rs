@@ -134,6 +134,7 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
             .collect(),
         element: order.par_iter().map(|&i| voxel_of(i) as u32).collect(),
         weights: vec![[0.0; 2]; order.len()],
+        neighbours: Vec::new(),
         area: area.iter().map(|&a| f64::from(a)).sum(),
     };
     let normal = Vectors::collect(order.len(), |j| voxels.normal.at(voxel_of(order[j])));
