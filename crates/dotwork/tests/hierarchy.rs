@@ -17,7 +17,7 @@ fn scene(name: &str, stipples: Stipples) -> Scene {
 fn csv(scene: &Scene) -> Vec<u8> {
     let drawing = Artist::new().draw(scene);
     let mut bytes = Vec::new();
-    encode_drawing(&mut bytes, Format::Csv, &drawing, scene, &mut Warnings::new()).expect("memory");
+    encode_drawing(&mut bytes, Format::Csv, false, &drawing, scene, &mut Warnings::new()).expect("memory");
     bytes
 }
 
