@@ -10,7 +10,7 @@ use dotwork_render::{CpuBackend, Frame, InkPlan, Needed, Subject};
 use glam::Vec3;
 
 use crate::endless::Added;
-use crate::scene::{Object, Scene};
+use crate::scene::{Object, Scene, Stipples};
 
 /// Name of the layer with the scale bar.
 pub const SCALE_BAR: &str = "scale bar";
@@ -158,8 +158,12 @@ impl Artist {
         }
     }
 
-    /// Adds stipples where the view asks for more than there are.
+    /// Adds stipples where the view asks for more than there are; but who asks for a number gets that number.
     fn refine(&mut self, scene: &Scene) {
+        if scene.stipples != Stipples::Auto {
+            self.plans.iter_mut().for_each(|planned| planned.added = Added::default());
+            return;
+        }
         let baked: Vec<&Object> = scene.objects.iter().filter(|o| o.stock.is_some()).collect();
         for (k, object) in baked.into_iter().enumerate() {
             let mut added = std::mem::take(&mut self.plans[k].added);
