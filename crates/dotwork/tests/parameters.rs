@@ -65,6 +65,9 @@ const SETTINGS: &[Setting] = &[
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: CURVES },
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: PAPERS },
     Setting { shape: volume, camera: "30,30", zoom: 0.2, keys: INTERIOR },
+    // The papers' bakes of surfaces.
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("factors", "papers"), ("bake", "face")] },
+    Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("bake", "hierarchy")] },
 ];
 
 /// A volume with a dense core, a speck, noise, and a block that the box cuts off.

@@ -5,6 +5,8 @@
 #![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
 
 mod faces;
+#[path = "../common/gltf.rs"]
+mod gltf;
 mod films;
 mod hierarchy;
 mod measure;
