@@ -22,6 +22,13 @@ const CHUNK: usize = 4096;
 /// Stipples that stand for the whole when a frame is judged: the stock's order makes any first part even.
 const SAMPLE: usize = 16_384;
 
+/// Stipples that are asked first whether a frame lacks any, and how many of them must be seen for their word to count.
+const FEW_STIPPLES: usize = 4096;
+const TELLING: usize = 256;
+
+/// A smaller share of a picture than this may be too light.
+const UNSEEN: f64 = 0.005;
+
 /// Bits of an id that belong to the stipple; the object's number stands above.
 const STIPPLE_BITS: u32 = 38;
 
@@ -116,21 +123,11 @@ impl CpuBackend {
             if subject.plan.by_elements() || !subject.style.dots {
                 continue;
             }
-            let selector = selector(frame, k, &self.hiding);
-            // The table ends where every stipple has arrived; 3 % less ink is not seen.
-            let enough = subject.plan.table.max_density() * 1.03;
-            let part = (0..subject.stock.len().min(SAMPLE))
-                .into_par_iter()
-                .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
-                .map(|(i, seen)| {
-                    let weight = selector.page_weight(i, &seen);
-                    (if selector.needed(i, &seen) > enough { weight } else { 0.0 }, weight)
-                })
-                .collect::<Vec<_>>();
+            let sample = self.lack(frame, k, SAMPLE);
             // Areas of objects compare by the area a stipple stands for.
             let each = subject.stock.baked.area / subject.stock.len().clamp(1, SAMPLE) as f64;
-            lacking += part.iter().map(|p| p.0).sum::<f64>() * each;
-            all += part.iter().map(|p| p.1).sum::<f64>() * each;
+            lacking += sample.lacking * each;
+            all += sample.all * each;
         }
         if all > 0.0 { lacking / all } else { 0.0 }
     }
@@ -165,6 +162,16 @@ impl CpuBackend {
     }
 }
 
+/// What a part of a stock, which stands for the whole, finds in a frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sample {
+    /// How many of its stipples are seen.
+    seen: usize,
+    /// The page area of these, and of those whose tone the stock is too sparse for.
+    all: f64,
+    lacking: f64,
+}
+
 /// What a frame needs of a stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
@@ -175,11 +182,36 @@ pub struct Needed {
 }
 
 impl CpuBackend {
-    /// Whether any place of a subject may ask for more than its stock has.
-    pub fn may_lack(&self, frame: &Frame, subject: usize) -> bool {
+    /// Whether a part of a subject that can be seen asks for more than its stock has.
+    pub fn lacks(&mut self, frame: &Frame, subject: usize) -> bool {
         let Subject { plan, style, .. } = frame.subjects[subject];
         let by_stipples = style.dots && !plan.by_elements();
-        by_stipples && !plan.suffices(selector(frame, subject, &self.hiding).densest())
+        if !by_stipples || plan.suffices(selector(frame, subject, &self.hiding).densest()) {
+            return false;
+        }
+        // Most frames ask for what the stock was baked for: a few stipples say so. Where few of these are in view, as in
+        // a close look, they say nothing.
+        self.hiding.draw(frame);
+        let Sample { seen, all, lacking } = self.lack(frame, subject, FEW_STIPPLES);
+        seen < TELLING || lacking > UNSEEN * all
+    }
+
+    /// What the first stipples of a subject find; hiding is drawn.
+    fn lack(&self, frame: &Frame, subject: usize, count: usize) -> Sample {
+        let Subject { stock, plan, .. } = frame.subjects[subject];
+        let selector = selector(frame, subject, &self.hiding);
+        // The table ends where every stipple has arrived; 3 % less ink is not seen.
+        let enough = plan.table.max_density() * 1.03;
+        let part = (0..stock.len().min(count))
+            .into_par_iter()
+            .filter_map(|i| Some((i, selector.see_unhidden(i)?)))
+            .map(|(i, seen)| {
+                let weight = selector.page_weight(i, &seen);
+                (if selector.needed(i, &seen) > enough { weight } else { 0.0 }, weight)
+            })
+            .collect::<Vec<_>>();
+        let sum = |of: fn(&(f64, f64)) -> f64| part.iter().map(of).sum::<f64>();
+        Sample { seen: part.len(), lacking: sum(|p| p.0), all: sum(|p| p.1) }
     }
 
     /// The spacing that the place of each of a subject's stipples asks for, object units of its bake; infinite where it is

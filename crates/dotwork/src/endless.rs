@@ -73,9 +73,9 @@ impl Added {
         stock: &Arc<Stock>,
         plan: &Arc<InkPlan>,
     ) {
-        let endless = object.endless.as_ref().filter(|_| backend.may_lack(frame, k));
+        let endless = object.endless.as_ref().filter(|_| backend.lacks(frame, k));
         let Some(refinement) = endless.and_then(|e| e.refinement(object, stock)) else {
-            *self = Added::default();
+            (self.shown, self.full) = (None, None);
             return;
         };
         let known = self.plan.take().filter(|(of, _)| Arc::ptr_eq(of, plan));
