@@ -5,17 +5,21 @@
 
 mod grid;
 mod implicit;
+mod jelly;
 mod plate;
 mod ribbon;
 mod solids;
 mod teapot;
 
+pub use jelly::jelly;
 pub use plate::{plate, plate_irregular};
 pub use ribbon::{RIBBON_GENUS, ribbon};
 pub use solids::{cylinder, sheet, sphere, torus};
 pub use teapot::teapot;
 
-use crate::RawMesh;
+use std::sync::Arc;
+
+use crate::{Motion, RawMesh};
 
 /// A built-in input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +37,7 @@ pub const DEMOS: &[Demo] = &[
         summary: "a fluted, pierced band of three half turns: folds, openings, every curvature",
     },
     Demo { name: "teapot", summary: "the Utah teapot (Martin Newell, 1975) from its Bezier patches" },
+    Demo { name: "jelly", summary: "the bell of a jellyfish; it swims, for films" },
     Demo { name: "sphere", summary: "a sphere of radius 1" },
     Demo { name: "torus", summary: "a torus of radii 1 and 0.4" },
     Demo { name: "plate", summary: "a flat square of side 1 that faces the front view" },
@@ -43,11 +48,17 @@ pub fn demo(name: &str) -> Option<RawMesh> {
     match name {
         "ribbon" => Some(ribbon()),
         "teapot" => Some(teapot()),
+        "jelly" => Some(jelly()),
         "sphere" => Some(sphere(6)),
         "torus" => Some(torus(1.0, 0.4, 256, 128)),
         "plate" => Some(plate(64, 64)),
         _ => None,
     }
+}
+
+/// What moves the demo called `name`, or `None` if nothing does.
+pub fn motion(name: &str) -> Option<Arc<dyn Motion>> {
+    (name == "jelly").then(|| Arc::new(jelly::Swim::new()) as Arc<dyn Motion>)
 }
 
 /// A raw mesh of triangles about the origin.

@@ -96,7 +96,7 @@ impl FilmPath {
 }
 
 /// What stands before and after `%d` or `%04d` in a name, and how many digits are asked for; `%%` is a percent sign.
-fn pattern(name: &str) -> Result<Option<(String, usize, String)>, String> {
+pub(super) fn pattern(name: &str) -> Result<Option<(String, usize, String)>, String> {
     let mut found: Option<(String, usize)> = None;
     let mut text = String::new();
     let mut rest = name;

@@ -18,6 +18,7 @@ use glam::DVec3;
 use super::FileError;
 use super::outlook::Outlook;
 use super::parts::Look;
+use super::sequence;
 use super::plate::Plate;
 use super::volume::VolumeInput;
 use super::watch::{Stage, Watch};
@@ -175,12 +176,19 @@ pub fn load_with(
                 volume.take(options, warnings)?;
                 Ok(Loaded::Volume(Box::new(volume)))
             }
-            None => demo(name, &input).map(|mesh| Loaded::Mesh(Box::new(mesh))),
+            None => demo(name, &input, options).map(|mesh| Loaded::Mesh(Box::new(mesh))),
         };
     }
     if options.raw.is_some() || path.is_dir() {
         let file = read_volume(path, &options.of_volume(), warnings)?;
         return volume(path, file, options, warnings);
+    }
+    if !path.exists()
+        && let Some(files) = sequence::files(path)
+    {
+        let (model, format) = sequence::read(&files, warnings)?;
+        let facts = vec![("sequence".into(), format!("{} files, from {}", files.len(), files[0].display()))];
+        return Ok(moving_mesh(path, &files[0], model, format, facts, options));
     }
     let bytes = dotwork_io::read_file(path)?;
     // A file of that name that is none is told so, rather than that it is no mesh.
@@ -203,16 +211,31 @@ pub fn load_with(
         return volume(path, file, options, warnings);
     }
     let format = dotwork_io::mesh_format_name(path, &bytes).unwrap_or_default();
-    let Model { mesh: raw, checksum, motion } = dotwork_io::read_model(path, &bytes, warnings)?;
+    let model = dotwork_io::read_model(path, &bytes, warnings)?;
+    let facts = dotwork_io::mesh_facts(path, &bytes);
+    Ok(moving_mesh(path, path, model, format, facts, options))
+}
+
+/// A mesh, with what moves it, named after `file`.
+fn moving_mesh(
+    path: &Path,
+    file: &Path,
+    model: Model,
+    format: String,
+    facts: Vec<(String, String)>,
+    options: &LoadOptions,
+) -> Loaded {
+    let input = path.to_string_lossy().into_owned();
+    let Model { mesh: raw, checksum, motion } = model;
     let motion = motion.map(|motion| (motion, raw.origin));
     let up = if format.starts_with("STL") { UpAxis::Z } else { UpAxis::Y };
     let pose = options.pose.clone().filter(|_| motion.is_some());
     let source = Source { file: input.clone(), checksum: Some(checksum), pose, ..Source::default() };
-    let (name, facts) = (object_name(path), dotwork_io::mesh_facts(path, &bytes));
+    let name = object_name(file);
     // glTF's lengths are metres; the other formats do not say.
     let unit = if format.starts_with("glTF") { Unit::Metre } else { Unit::Unknown };
     let world = World { unit, ..World::default() };
-    Ok(Loaded::Mesh(Box::new(MeshFile {
+    Loaded::Mesh(Box::new(MeshFile {
         name,
         input,
         format,
@@ -226,10 +249,10 @@ pub fn load_with(
         volume: None,
         whole: None,
         look: Look::default(),
-    })))
+    }))
 }
 
-fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
+fn demo(name: &str, input: &str, options: &LoadOptions) -> Result<MeshFile, FileError> {
     let Some(raw) = shapes::demo(name) else {
         return Err(FileError::UnknownDemo { name: name.into() });
     };
@@ -238,12 +261,16 @@ fn demo(name: &str, input: &str) -> Result<MeshFile, FileError> {
         input: input.into(),
         format: "built-in shape".into(),
         facts: Vec::new(),
-        source: Source { file: input.into(), ..Source::default() },
+        source: Source {
+            file: input.into(),
+            pose: options.pose.clone().filter(|_| shapes::motion(name).is_some()),
+            ..Source::default()
+        },
         world: World::default(),
         outlook: Outlook::of_mesh(UpAxis::Y),
         notes: Vec::new(),
         raw,
-        motion: None,
+        motion: shapes::motion(name).map(|motion| (motion, [0.0; 3])),
         volume: None,
         whole: None,
         look: Look::default(),

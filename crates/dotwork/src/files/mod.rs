@@ -7,6 +7,7 @@ mod outlook;
 mod output;
 mod parts;
 mod plate;
+mod sequence;
 mod volume;
 mod watch;
 

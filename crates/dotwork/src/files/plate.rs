@@ -6,6 +6,7 @@ use dotwork_drawing::Warnings;
 use dotwork_io::volume::RawLayout;
 
 use super::input::{LoadOptions, load_with};
+use super::sequence;
 use super::watch::Watch;
 use super::{FileError, one_line};
 use crate::dots_file::{Described, read_settings};
@@ -163,5 +164,5 @@ fn find(plate: &Path, source: &Source) -> Option<PathBuf> {
     }
     let beside = plate.parent().unwrap_or(Path::new(""));
     let candidates = [given.clone(), beside.join(&given), beside.join(given.file_name()?)];
-    candidates.into_iter().find(|p| p.exists())
+    candidates.into_iter().find(|p| p.exists() || sequence::files(p).is_some())
 }
