@@ -113,13 +113,17 @@ fn a_film_is_taken_up_again() {
     // Other settings make another film.
     place.run(&format!("{line} --resume --set gamma=2")).ok();
     assert!((0..5).all(|n| place.read(&format!("f-{n}.png")) != whole[n as usize]));
-    place.run("animate ball.gltf -o f.gif --resume").failed(2, &["--resume is for frames in files of their own"]);
+    place
+        .run("animate ball.gltf -o f.gif --resume")
+        .failed(2, &["--resume is for frames in files of their own"]);
 }
 
 #[test]
 fn paper_can_be_left_out() {
     let place = place();
-    place.run(&format!("animate ball.gltf -o f-%d.png --frames 0..1 --alpha --set dot_size=4px {SMALL}")).ok();
+    place
+        .run(&format!("animate ball.gltf -o f-%d.png --frames 0..1 --alpha --set dot_size=4px {SMALL}"))
+        .ok();
     let film = place.read("f-0.png");
     let mut frame = png::Decoder::new(std::io::Cursor::new(&film)).read_info().unwrap();
     let mut pixels = vec![0; frame.output_buffer_size().unwrap()];
@@ -152,16 +156,22 @@ fn failures_say_what_is_there() {
     place
         .run("animate ball.gltf -o f.gif --clip run")
         .failed(1, &["ball.gltf: ball: there is no animation 'run'; it has move"]);
-    place.run("animate demo:torus -o f.gif --clip run").failed(1, &["demo:torus: there is no animation 'run'"]);
+    place
+        .run("animate demo:torus -o f.gif --clip run")
+        .failed(1, &["demo:torus: there is no animation 'run'"]);
     place.run("animate demo:torus -o f.gif").failed(1, &["demo:torus: nothing moves"]);
     place.run("animate ball.gltf -o f.gif --film-camera").failed(1, &["ball.gltf: no input has a camera"]);
-    place.run("animate ball.gltf -o f.svg").failed(2, &["f.svg: a film of svg files has the number of the frame"]);
+    place
+        .run("animate ball.gltf -o f.svg")
+        .failed(2, &["f.svg: a film of svg files has the number of the frame"]);
     place.run("animate ball.gltf -o f.avi").failed(2, &["f.avi: the output of a film ends in"]);
     place.run("animate ball.gltf -o f-%x.png").failed(2, &["f-%x.png: the name of a frame has its number"]);
     place.run("animate ball.gltf -o f.gif --frames 5..5").failed(2, &["write A..B"]);
     place.run("animate ball.gltf -o f.gif --turntable 0").failed(2, &["--turntable"]);
     place.run("animate ball.gltf -o no/f-%d.png").failed(1, &["no/f-0.png"]);
-    place.run("render ball.gltf -o f.png --clip run").failed(1, &["ball.gltf: there is no animation 'run'; it has move"]);
+    place
+        .run("render ball.gltf -o f.png --clip run")
+        .failed(1, &["ball.gltf: there is no animation 'run'; it has move"]);
     place.run("render demo:torus -o f.png --time 1").failed(1, &["no input has an animation"]);
     assert_eq!(place.names(), ["ball.gltf"]);
 }
@@ -177,7 +187,8 @@ fn films_are_packed_by_ffmpeg() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("ffmpeg, which packs .mp4 and .webm, is not installed"), "{said}");
     // One that keeps the pixels that it is given.
-    let script = "#!/bin/sh\nif [ \"$1\" = -version ]; then exit 0; fi\nfor last; do :; done\ncat > \"$last\"\n";
+    let script =
+        "#!/bin/sh\nif [ \"$1\" = -version ]; then exit 0; fi\nfor last; do :; done\ncat > \"$last\"\n";
     let program = place.path("bin/ffmpeg");
     fs::create_dir(place.path("bin")).unwrap();
     fs::write(&program, script).unwrap();
@@ -194,7 +205,8 @@ fn films_are_packed_by_ffmpeg() {
     let frame = |n: usize| &pixels[n * 96 * 96 * 3..(n + 1) * 96 * 96 * 3];
     assert!(frame(0) == frame(1) && frame(1) != frame(2));
     // One that fails: nothing is left behind.
-    fs::write(&program, "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho no such codec >&2\nexit 3\n").unwrap();
+    fs::write(&program, "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho no such codec >&2\nexit 3\n")
+        .unwrap();
     let failed = film(&format!("animate ball.gltf -o g.mp4 {SMALL}"));
     assert_eq!(failed.status.code(), Some(1));
     let said = String::from_utf8_lossy(&failed.stderr);

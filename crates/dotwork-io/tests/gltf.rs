@@ -636,3 +636,101 @@ fn facts_of_gzipped_files_too() {
         assert_eq!(mesh_facts(Path::new("x.gltf"), &other), []);
     }
 }
+
+/// The triangle with an animation that moves its node along x from 0 to 4 within two seconds; the accessors of its times
+/// and values.
+fn moving() -> (Value, Vec<u8>, [usize; 2]) {
+    let (mut json, mut buffer) = triangle();
+    let times = add(&mut json, &mut buffer, &floats(&[0.0, 2.0]), 5126, "SCALAR", 2);
+    let values = add(&mut json, &mut buffer, &floats(&[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]), 5126, "VEC3", 2);
+    json["animations"] = json!([{
+        "name": "along",
+        "samplers": [{ "input": times, "output": values }],
+        "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+    }]);
+    (json, buffer, [times, values])
+}
+
+/// The model, and what was said about it.
+fn model(json: &Value, buffer: &[u8]) -> (dotwork_io::Model, Vec<String>) {
+    let mut warnings = Warnings::new();
+    let model = dotwork_io::read_model(Path::new("t.glb"), &glb(json, buffer), &mut warnings).unwrap();
+    (model, warnings.iter().map(ToString::to_string).collect())
+}
+
+#[test]
+fn a_node_moves_by_its_animation() {
+    let (mut json, mut buffer, _) = moving();
+    // A camera on a node below moves with it.
+    json["nodes"] = json!([{ "mesh": 0, "children": [1] }, { "camera": 0, "translation": [0.0, 0.0, 5.0] }]);
+    json["cameras"] =
+        json!([{ "name": "eye", "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 } }]);
+    let (model, said) = model(&json, &buffer);
+    assert_eq!(said, [""; 0]);
+    let motion = model.motion.unwrap();
+    assert_eq!((motion.clips()[0].name.as_str(), motion.clips()[0].seconds), ("along", 2.0));
+    let mut positions = Vec::new();
+    for (clip, time, x) in [(Some(0), -1.0, 0.0), (Some(0), 0.5, 1.0), (Some(0), 9.0, 4.0), (None, 1.0, 0.0)]
+    {
+        motion.place(clip, time, &mut positions);
+        assert!((positions[0][0] - x).abs() < 1e-6 && (positions[1][0] - x - 1.0).abs() < 1e-6, "{time}");
+        let seen = motion.standpoint(0, clip, time).unwrap();
+        assert!((seen.eye.x - f64::from(x)).abs() < 1e-9 && (seen.eye.z - 5.0).abs() < 1e-9);
+        assert_eq!(seen.back, glam::Vec3::Z);
+    }
+    assert_eq!((motion.cameras(), motion.standpoint(1, None, 0.0)), (&["eye".to_string()][..], None));
+    // A weight that no target has moves nothing.
+    let weights = add(&mut json, &mut buffer, &floats(&[0.0, 1.0]), 5126, "SCALAR", 2);
+    json["animations"][0]["samplers"][0]["output"] = weights.into();
+    json["animations"][0]["channels"][0]["target"]["path"] = "weights".into();
+    let (model, said) = self::model(&json, &buffer);
+    assert_eq!(said, [""; 0]);
+    model.motion.unwrap().place(Some(0), 1.0, &mut positions);
+    assert_eq!(positions.as_flattened(), TRIANGLE);
+}
+
+#[test]
+fn damaged_animations_are_left_out_by_name() {
+    type Change = fn(&mut Value, &mut Vec<u8>, [usize; 2]);
+    let cases: [(&str, Change); 9] = [
+        ("channel 0: sampler 7 does not exist (1 are there)", |j, _, _| {
+            j["animations"][0]["channels"][0]["sampler"] = 7.into();
+        }),
+        ("channel 0: node 9 does not exist (1 are there)", |j, _, _| {
+            j["animations"][0]["channels"][0]["target"]["node"] = 9.into();
+        }),
+        ("accessor 99: does not exist", |j, _, _| {
+            j["animations"][0]["samplers"][0]["input"] = 99.into();
+        }),
+        ("channel 0: its times do not rise", |j, b, _| {
+            let times = add(j, b, &floats(&[2.0, 2.0]), 5126, "SCALAR", 2);
+            j["animations"][0]["samplers"][0]["input"] = times.into();
+        }),
+        ("channel 0: its times do not rise", |j, b, _| {
+            let times = add(j, b, &floats(&[0.0, f32::NAN]), 5126, "SCALAR", 2);
+            j["animations"][0]["samplers"][0]["input"] = times.into();
+        }),
+        ("channel 0: 2 keys need 18 numbers, not 6", |j, _, _| {
+            j["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE".into();
+        }),
+        ("channel 0: 'SWING' is no interpolation", |j, _, _| {
+            j["animations"][0]["samplers"][0]["interpolation"] = "SWING".into();
+        }),
+        ("its type is Vec3, but Vec4 is needed here", |j, _, _| {
+            j["animations"][0]["channels"][0]["target"]["path"] = "rotation".into();
+        }),
+        ("channel 0: a value is not a finite number", |j, b, _| {
+            let values = [0.0, 0.0, 0.0, f32::INFINITY, 0.0, 0.0];
+            let values = add(j, b, &floats(&values), 5126, "VEC3", 2);
+            j["animations"][0]["samplers"][0]["output"] = values.into();
+        }),
+    ];
+    for (reason, change) in cases {
+        let (mut json, mut buffer, accessors) = moving();
+        change(&mut json, &mut buffer, accessors);
+        let (model, said) = model(&json, &buffer);
+        let whole = said.len() == 1 && said[0].starts_with("animation 0 is left out: ");
+        assert!(whole && said[0].contains(reason), "{reason}: {said:?}");
+        assert!(model.motion.is_none() && model.mesh.triangles.len() == 1);
+    }
+}

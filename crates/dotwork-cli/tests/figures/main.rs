@@ -5,9 +5,9 @@
 #![allow(clippy::print_stdout, reason = "the figures are for reading: run with --nocapture")]
 
 mod faces;
+mod films;
 #[path = "../common/gltf.rs"]
 mod gltf;
-mod films;
 mod hierarchy;
 mod measure;
 mod surfaces;
