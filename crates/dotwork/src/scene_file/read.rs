@@ -351,8 +351,9 @@ fn object(
         return Err(source.error(at, "an object has no file"));
     }
     if shaded {
-        // Below what the object says of its fill itself.
-        let keys = [("fill", "own"), ("fill_shade", "1")].map(|(key, value)| (key.into(), value.into()));
+        // Below what the object says of its fill itself. A tenth of the light falls everywhere, so that form does not end
+        // where the light does.
+        let keys = [("fill", "own"), ("fill_shade", "0.9")].map(|(key, value)| (key.into(), value.into()));
         object.keys.splice(..0, keys);
     }
     Ok((!hidden).then_some(object))
