@@ -27,6 +27,7 @@ impl Plate {
             origin: [0.0; 3],
             closed: false,
             colors: Vec::new(),
+            paint: None,
         };
         let settings = BakeSettings { stipples, regularity, seed };
         let baked = blue_noise(&MeshSurface::new(&mesh), &settings, |_| ());

@@ -13,6 +13,8 @@
 use dotwork_drawing::palette::mix;
 use dotwork_drawing::{Color, Palette};
 
+mod own;
+
 use crate::params::{Coloring, PaletteChoice, Style};
 
 /// Default of the style key `warm`.
@@ -61,17 +63,19 @@ pub struct ColorTable {
     entry: Vec<u8>,
     /// All different, from far and cool to near and warm.
     colors: Vec<Color>,
+    /// With own colours: the nearest of `colors` for each step of red, green and blue.
+    nearest: Vec<u8>,
 }
 
 impl ColorTable {
     /// Most colours of a table.
     pub const MOST: usize = Palette::MOST;
 
-    /// The colours that a style asks for; `None` if all dots have one.
+    /// The colours that a style asks for by light or depth; `None` if it does not.
     pub fn new(style: &Style) -> Option<ColorTable> {
         let most = (style.color_steps.round() as usize).clamp(2, ColorTable::MOST);
         let steps = match style.coloring {
-            Coloring::None => return None,
+            Coloring::None | Coloring::Own => return None,
             Coloring::Light | Coloring::Depth => [most, 1],
             // As many of each as there is room for; the light, which is seen more, gets what is left over.
             Coloring::Both => {
@@ -93,7 +97,13 @@ impl ColorTable {
             None => mix(style.cool, style.warm, u, space),
         };
         let share = |k: usize, of: usize| if of < 2 { 0.0 } else { k as f64 / (of - 1) as f64 };
-        let mut table = ColorTable { by: style.coloring, steps, entry: Vec::new(), colors: Vec::new() };
+        let mut table = ColorTable {
+            by: style.coloring,
+            steps,
+            entry: Vec::new(),
+            colors: Vec::new(),
+            nearest: Vec::new(),
+        };
         for depth in 0..steps[1] {
             let z = if steps[1] < 2 { 0.0 } else { 1.0 - share(depth, steps[1]) };
             for light in 0..steps[0] {
@@ -106,6 +116,32 @@ impl ColorTable {
             }
         }
         Some(table)
+    }
+
+    /// The colours of dots that have those of their surface, `tint`; `None` if the style does not ask for them or the
+    /// surface has none.
+    pub fn of_surface(style: &Style, tint: &[[u8; 3]]) -> Option<ColorTable> {
+        if style.coloring != Coloring::Own || tint.is_empty() {
+            return None;
+        }
+        let most = (style.color_steps.round() as usize).clamp(2, ColorTable::MOST);
+        let colors = own::cut(&tint[..tint.len().min(own::SAMPLE)], most);
+        let nearest = own::nearest(&colors);
+        Some(ColorTable { by: Coloring::Own, steps: [1, 1], entry: vec![0], colors, nearest })
+    }
+
+    /// Whether colours follow the surface's own.
+    pub fn is_own(&self) -> bool {
+        !self.nearest.is_empty()
+    }
+
+    /// Which of the colours is nearest to one of the surface.
+    ///
+    /// # Panics
+    /// If [`ColorTable::is_own`] is not true.
+    #[inline(always)]
+    pub fn nearest(&self, tint: [u8; 3]) -> u8 {
+        self.nearest[own::step(tint)]
     }
 
     /// The colours, at most 64 and all different: layers from bottom to top, from far and cool to near and warm.

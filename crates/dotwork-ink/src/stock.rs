@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dotwork_drawing::color::srgb_to_linear;
+use dotwork_drawing::color::{linear_to_srgb, srgb_to_linear};
 use dotwork_mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -205,6 +205,8 @@ pub struct Stock {
     pub facet: Vectors,
     /// Ink of the surface's own colours, 1 − luminance; empty if it has none.
     pub own: Vec<f32>,
+    /// The surface's own colours, sRGB; empty if it has none.
+    pub tint: Vec<[u8; 3]>,
     /// The elements, where the bake has a list for each; `baked.element` counts these. Faces are the triangles of the mesh.
     pub elements: Option<Elements>,
     /// For a surface that has moved since it was baked: how many times as large it is around each stipple as it was then.
@@ -218,7 +220,26 @@ impl Stock {
     /// # Panics
     /// If an element is not a triangle of `mesh`; callers that read a bake from a file check it first.
     pub fn on_mesh(baked: impl Into<Arc<Baked>>, mesh: &Mesh) -> Stock {
-        let baked = baked.into();
+        let stock = Stock::placed(baked.into(), mesh);
+        if !mesh.is_colored() {
+            return stock;
+        }
+        let color = |i: usize| mesh.color_at(stock.baked.element[i] as usize, stock.baked.weights[i]);
+        let tint = |i: usize| {
+            let [r, g, b, _] = color(i);
+            [r, g, b].map(linear_to_srgb)
+        };
+        let all = (0..stock.len()).into_par_iter();
+        let own = match mesh.paint {
+            None => all.clone().map(|i| own_ink(&stock.baked, mesh, i)).collect(),
+            Some(_) => all.clone().map(|i| 1.0 - luminance(color(i))).collect(),
+        };
+        let tint = all.map(tint).collect();
+        Stock { own, tint, ..stock }
+    }
+
+    /// As [`Stock::on_mesh`], without the surface's own colours.
+    fn placed(baked: Arc<Baked>, mesh: &Mesh) -> Stock {
         let place = |i: usize| {
             let (t, [v, w]) = (baked.element[i] as usize, baked.weights[i]);
             let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
@@ -231,11 +252,8 @@ impl Stock {
         let places: Vec<[Vec3; 3]> = (0..baked.len()).into_par_iter().map(place).collect();
         let part = |k: usize| Vectors::collect(places.len(), |i| places[i][k]);
         let (position, normal, facet) = (part(0), part(1), part(2));
-        let own = match mesh.colors[..] {
-            [] => Vec::new(),
-            _ => (0..baked.len()).into_par_iter().map(|i| own_ink(&baked, mesh, i)).collect(),
-        };
-        Stock { baked, position, normal, facet, own, elements: None, stretch: Vec::new() }
+        let (own, tint, stretch) = Default::default();
+        Stock { baked, position, normal, facet, own, tint, elements: None, stretch }
     }
 
     /// The same stipples on another pose of their mesh: they ride on their triangles. `stretch` says how many times as
@@ -312,6 +330,7 @@ impl Stock {
             normal: vectors(&self.normal, &more.normal),
             facet: vectors(&self.facet, &more.facet),
             own: joined(&self.own, &more.own),
+            tint: joined(&self.tint, &more.tint),
             elements: None,
             stretch: joined(&self.stretch, &more.stretch),
         }
@@ -343,7 +362,9 @@ impl Stock {
                 Some(Elements { position, normal, ..faces.clone() })
             }
         };
-        Some(Stock { elements, ..Stock::on_mesh(self.baked.clone(), mesh) })
+        // Colours stay on their triangles.
+        let (own, tint) = (self.own.clone(), self.tint.clone());
+        Some(Stock { elements, own, tint, ..Stock::placed(self.baked.clone(), mesh) })
     }
 
     /// A bake of faces on its mesh: what a file keeps of one, with what follows from the mesh.
@@ -401,6 +422,11 @@ fn middles(mesh: &Mesh) -> [Vectors; 2] {
         (a + b + c).normalize_or_zero()
     };
     [Vectors::collect(n, middle), Vectors::collect(n, normal)]
+}
+
+/// Luminance of linear light (IEC 61966-2-1).
+fn luminance([r, g, b, _]: [f32; 4]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// The ink of a mesh's own colour at stipple `i`: 1 less the luminance of linear light.

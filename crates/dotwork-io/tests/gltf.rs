@@ -7,7 +7,7 @@ use common::*;
 use dotwork_drawing::Warnings;
 use dotwork_drawing::color::linear_to_srgb;
 use dotwork_io::{checksum, mesh_facts, mesh_format_name, read_mesh, read_mesh_checked};
-use dotwork_mesh::RawMesh;
+use dotwork_mesh::{Mesh, MeshOptions, RawMesh};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -733,4 +733,199 @@ fn damaged_animations_are_left_out_by_name() {
         assert!(whole && said[0].contains(reason), "{reason}: {said:?}");
         assert!(model.motion.is_none() && model.mesh.triangles.len() == 1);
     }
+}
+
+/// A PNG of one row, red then blue, with opacity.
+fn png_row(pixels: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixels.len() as u32, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(pixels.as_flattened()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+const RED: [u8; 4] = [255, 0, 0, 255];
+const BLUE: [u8; 4] = [0, 0, 255, 128];
+
+/// The triangle with a material whose picture lies in the buffer, its first corner on the left of the picture and its
+/// others on the right.
+fn textured(picture: &[u8]) -> (Value, Vec<u8>) {
+    let (mut json, mut buffer) = triangle();
+    let places = floats(&[0.25, 0.5, 0.75, 0.5, 0.75, 0.5]);
+    let places = add(&mut json, &mut buffer, &places, 5126, "VEC2", 3);
+    let primitive = &mut json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["TEXCOORD_0"] = places.into();
+    primitive["material"] = 0.into();
+    add(&mut json, &mut buffer, picture, 5121, "SCALAR", picture.len());
+    let view = json["bufferViews"].as_array().unwrap().len() - 1;
+    json["bufferViews"][view]["byteLength"] = picture.len().into();
+    json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+    json["textures"] = json!([{ "source": 0 }]);
+    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+    (json, buffer)
+}
+
+/// The colour of a mesh's first triangle at weights of its second and third corner.
+fn color_of(raw: RawMesh, weights: [f32; 2]) -> [f32; 4] {
+    let mesh = Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new()).unwrap();
+    mesh.color_at(0, weights)
+}
+
+#[test]
+fn pictures_are_sampled_where_the_corners_lie() {
+    let (mut json, buffer) = textured(&png_row(&[RED, BLUE]));
+    let mesh = placed(&json, &buffer);
+    assert_eq!(color_of(mesh.clone(), [0.0, 0.0]), [1.0, 0.0, 0.0, 1.0]);
+    // Opaque is what is not said to be otherwise.
+    assert_eq!(color_of(mesh.clone(), [1.0, 0.0]), [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(color_of(mesh.clone(), [0.25, 0.25]), [0.5, 0.0, 0.5, 1.0]);
+    json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 1.0, 0.25, 0.5]);
+    json["materials"][0]["alphaMode"] = "BLEND".into();
+    let color = color_of(placed(&json, &buffer), [0.0, 1.0]);
+    assert_eq!(color, [0.0, 0.0, 0.25, 0.5 * 128.0 / 255.0]);
+    // Turned by half a turn about the picture's middle, the first corner is on the right.
+    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "extensions": {
+        "KHR_texture_transform": { "rotation": std::f32::consts::PI, "offset": [1.0, 1.0] } } } } }]);
+    let turned = color_of(placed(&json, &buffer), [0.0, 0.0]);
+    assert!(turned[2] > 0.999 && turned[0] < 0.001, "{turned:?}");
+    // Half as wide: both lie left of the first sample's middle, which repeats to the last.
+    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "extensions": {
+        "KHR_texture_transform": { "scale": [0.0, 1.0] } } } } }]);
+    assert_eq!(color_of(placed(&json, &buffer), [1.0, 0.0]), [0.5, 0.0, 0.5, 1.0]);
+    json["samplers"] = json!([{ "wrapS": 33071 }]);
+    json["textures"][0]["sampler"] = 0.into();
+    assert_eq!(color_of(placed(&json, &buffer), [1.0, 0.0]), [1.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn corners_keep_their_places_where_vertices_are_welded_and_triangles_turned() {
+    // Two triangles of one square: a soup, the second wound the other way and sewn to the picture elsewhere.
+    let (mut json, mut buffer) = textured(&png_row(&[RED, BLUE]));
+    let square = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
+    let positions = add(&mut json, &mut buffer, &floats(&square), 5126, "VEC3", 6);
+    let places = [0.25, 0.5, 0.25, 0.5, 0.25, 0.5, 0.75, 0.5, 0.75, 0.5, 0.25, 0.5];
+    let places = add(&mut json, &mut buffer, &floats(&places), 5126, "VEC2", 6);
+    json["meshes"][0]["primitives"][0]["attributes"] = json!({ "POSITION": positions, "TEXCOORD_0": places });
+    let mesh = placed(&json, &buffer);
+    let mesh = Mesh::build(mesh, &MeshOptions::default(), &mut Warnings::new()).unwrap();
+    assert_eq!(mesh.positions.len(), 4);
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        for (&v, weights) in corners.iter().zip([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) {
+            let blue = t == 1 && mesh.positions[v as usize].truncate() != glam::Vec2::ONE;
+            assert_eq!(mesh.color_at(t, weights)[2], f32::from(u8::from(blue)), "{t} {v}");
+        }
+    }
+}
+
+#[test]
+fn base_colours_without_pictures_and_without_bleeding() {
+    let (mut json, buffer) = triangle();
+    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorFactor": [1.0, 0.5, 0.0, 0.25] } }]);
+    // A primitive without a material is white.
+    assert_eq!(color_of(placed(&json, &buffer), [0.3, 0.3]), [1.0; 4]);
+    assert_eq!(placed(&json, &buffer).paint, None);
+    json["meshes"][0]["primitives"][0]["material"] = 0.into();
+    assert_eq!(color_of(placed(&json, &buffer), [0.3, 0.3]), [1.0, 0.5, 0.0, 1.0]);
+    json["meshes"][0]["primitives"][0]["material"] = 7.into();
+    assert_eq!(refusal("t", &glb(&json, &buffer)), "t: material 7: does not exist (1 materials)");
+}
+
+#[test]
+fn pictures_that_cannot_be_read_are_left_out_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = png_row(&[RED, BLUE]);
+    std::fs::write(folder.path().join("good.png"), &good).unwrap();
+    let (json, buffer) = textured(&good);
+    let path = folder.path().join("t.glb");
+    let said = |json: &Value, buffer: &[u8]| {
+        std::fs::write(&path, glb(json, buffer)).unwrap();
+        let mut warnings = Warnings::new();
+        let mesh = read_mesh(&path, &mut warnings).unwrap();
+        let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        (mesh.paint.is_some(), warnings.join("; "))
+    };
+    let uri = |uri: &str| {
+        let mut json = json.clone();
+        json["images"] = json!([{ "uri": uri }]);
+        said(&json, &buffer)
+    };
+    assert_eq!(uri("good.png"), (true, String::new()));
+    assert_eq!(uri("missing.png"), (false, "picture 0 left out: 'missing.png': no such file".into()));
+    assert!(uri("/etc/passwd").1.contains("is an absolute path"));
+    assert!(uri("data:image/png;base64,AAAA").1.contains("is neither PNG nor JPEG"));
+    // Every way in which the data may end or be damaged: never a panic, and a name.
+    let mut left_out = 0;
+    for cut in 0..good.len() {
+        let (json, buffer) = textured(&good[..cut.max(1)]);
+        let (painted, warnings) = said(&json, &buffer);
+        assert!(painted || warnings.starts_with("picture 0 left out: "), "{cut}: {warnings}");
+        left_out += usize::from(!painted);
+        let mut damaged = good.clone();
+        damaged[cut] ^= 0x55;
+        let (json, buffer) = textured(&damaged);
+        let (painted, warnings) = said(&json, &buffer);
+        assert!(painted || warnings.starts_with("picture 0 left out: "), "{cut}: {warnings}");
+    }
+    assert!(left_out > 30, "{left_out}");
+    // A JPEG that has only begun, and one of a declared size that no such file can mean.
+    let jpeg = [0xff, 0xd8, 0xff, 0xc0, 0, 11, 8, 0x3f, 0xff, 0x3f, 0xff, 1, 1, 0x11, 0];
+    let (json, buffer) = textured(&jpeg);
+    assert!(said(&json, &buffer).1.starts_with("picture 0 left out: "));
+    // The header of a PNG of a terabyte.
+    let mut bomb = good.clone();
+    bomb[16..24].copy_from_slice(&[0, 4, 0, 0, 0, 4, 0, 0]);
+    let crc = crc32(&bomb[12..29]);
+    bomb[29..33].copy_from_slice(&crc.to_be_bytes());
+    let (mut json, buffer) = textured(&bomb);
+    assert_eq!(
+        said(&json, &buffer).1,
+        "picture 0 left out: 262144 x 262144 pixels; sides of 1 to 16384 are read"
+    );
+    bomb[16..24].copy_from_slice(&[0, 0, 64, 0, 0, 0, 64, 0]);
+    let crc = crc32(&bomb[12..29]);
+    bomb[29..33].copy_from_slice(&crc.to_be_bytes());
+    let (large, with) = textured(&bomb);
+    assert!(said(&large, &with).1.contains("16384 x 16384 pixels are more than a file of its size may mean"));
+    for (key, value, reason) in [
+        ("textures", json!([]), "texture 0 does not exist (0 textures): left out"),
+        ("textures", json!([{}]), "texture 0 has no picture in PNG or JPEG: left out"),
+        ("textures", json!([{ "source": 9 }]), "picture 9 left out: does not exist (1 pictures)"),
+        ("images", json!([{}]), "picture 0 left out: has no content"),
+    ] {
+        let before = std::mem::replace(&mut json[key], value);
+        assert_eq!(said(&json, &buffer), (false, reason.to_string()));
+        json[key] = before;
+    }
+    json["images"][0]["bufferView"] = 99.into();
+    assert!(said(&json, &buffer).1.contains("buffer view 99"));
+}
+
+/// CRC-32 as PNG has it.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 })
+    })
+}
+
+#[test]
+#[cfg_attr(no_shared_data, ignore = "shared/data is not here")]
+fn real_pictures_colour_their_surfaces() {
+    let named = |name: &str| {
+        let raw = read_mesh(&shared_data().join(name), &mut Warnings::new()).unwrap();
+        Mesh::build(raw, &MeshOptions::default(), &mut Warnings::new()).unwrap()
+    };
+    let mean = |mesh: &Mesh| {
+        let n = mesh.triangles.len();
+        let all = (0..n).map(|t| mesh.color_at(t, [1.0 / 3.0; 2]));
+        let sum = all.fold([0.0; 3], |s: [f32; 3], c| [s[0] + c[0], s[1] + c[1], s[2] + c[2]]);
+        sum.map(|c| c / n as f32)
+    };
+    // A yellow duck, a reddish fox.
+    let [r, g, b] = mean(&named("meshes/duck.glb"));
+    assert!(r > 0.4 && g > 0.3 && b < 0.3 * g, "{r} {g} {b}");
+    let [r, g, b] = mean(&named("animated/fox.glb"));
+    assert!(r > 1.5 * g && g > 1.2 * b, "{r} {g} {b}");
+    assert!(named("animated/cesiumman.glb").paint.is_some());
 }

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::GRAIN;
-use crate::{MeshError, RawMesh};
+use crate::{MeshError, Paint, RawMesh};
 
 /// Corners are numbered `3 · triangle + corner` in 32 bits, and one number means "none".
 const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize - 1;
@@ -38,6 +38,8 @@ pub(crate) struct Cleaned {
     pub(crate) colors: Vec<[u8; 4]>,
     /// One for each position, or none; as given.
     pub(crate) normals: Vec<[f32; 3]>,
+    /// One entry for each triangle, if there is any.
+    pub(crate) paint: Option<Paint>,
     /// The vertex that each one was before.
     pub(crate) sources: Vec<u32>,
 }
@@ -45,9 +47,10 @@ pub(crate) struct Cleaned {
 /// Checks and cleans; see [`crate::Mesh::build`]. On an error nothing has been added to `warnings`.
 pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result<Cleaned, MeshError> {
     check(&raw)?;
-    let RawMesh { mut positions, mut triangles, mut colors, mut normals, tracks, .. } = raw;
+    let RawMesh { mut positions, mut triangles, mut colors, mut normals, tracks, mut paint, .. } = raw;
     let strange_colors = drop_misfits(&mut colors, positions.len(), "colours");
     let strange_normals = drop_misfits(&mut normals, positions.len(), "normals");
+    let strange_paint = drop_strange_paint(&mut paint, triangles.len());
     // No triangle can reach further vertices.
     positions.truncate(u32::MAX as usize);
     colors.truncate(u32::MAX as usize);
@@ -79,6 +82,8 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     if degenerate + duplicate > 0 {
         let mut fate = fates.iter();
         triangles.retain(|_| fate.next() == Some(&Fate::Keep));
+        let mut fate = fates.iter();
+        paint.iter_mut().for_each(|p| p.retain(|| fate.next() == Some(&Fate::Keep)));
     }
     used = mark_used(used.len(), &triangles);
     retain_used(&mut colors, &used);
@@ -91,25 +96,32 @@ pub(crate) fn clean(raw: RawMesh, weld: bool, warnings: &mut Warnings) -> Result
     warnings.counted("degenerate triangles dropped", degenerate as u64, place("triangle", first_degenerate));
     warnings.counted("duplicate triangles dropped", duplicate as u64, place("triangle", first_duplicate));
     warnings.counted("unused vertices dropped", unused as u64, place("vertex", first_unused));
-    for strange in [strange_colors, strange_normals].into_iter().flatten() {
+    for strange in [strange_colors, strange_normals, strange_paint].into_iter().flatten() {
         warnings.say(strange);
     }
-    Ok(Cleaned { positions, triangles, colors, normals, sources })
+    Ok(Cleaned { positions, triangles, colors, normals, paint, sources })
 }
 
 /// What [`clean`] leaves of a mesh in which there is nothing to clean.
 pub(crate) fn trusted(raw: RawMesh, warnings: &mut Warnings) -> Result<Cleaned, MeshError> {
     check(&raw)?;
-    let RawMesh { positions, triangles, mut colors, normals, .. } = raw;
+    let RawMesh { positions, triangles, mut colors, normals, mut paint, .. } = raw;
     let positions = placed(&positions);
     check_size(&positions)?;
     drop_misfits(&mut colors, positions.len(), "colours").into_iter().for_each(|said| warnings.say(said));
-    Ok(Cleaned { positions, triangles, colors, normals, sources: Vec::new() })
+    drop_strange_paint(&mut paint, triangles.len()).into_iter().for_each(|said| warnings.say(said));
+    Ok(Cleaned { positions, triangles, colors, normals, paint, sources: Vec::new() })
 }
 
 /// Positions as vectors. Adding zero turns -0 into 0.
 fn placed(positions: &[[f32; 3]]) -> Vec<Vec3> {
     positions.par_iter().map(|&p| Vec3::from_array(p) + Vec3::ZERO).collect()
+}
+
+/// Takes paint away that does not fit; the warning that says so.
+fn drop_strange_paint(paint: &mut Option<Paint>, triangles: usize) -> Option<String> {
+    let strange = paint.take_if(|paint| !paint.fits(triangles));
+    strange.map(|_| "materials ignored: they are not one for each triangle".to_string())
 }
 
 /// Empties what should be one for each of `vertices` and is not; the warning that says so.

@@ -17,11 +17,11 @@ mod triangle;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::RawMesh;
 use crate::geometry::GRAIN;
+use crate::{RawMesh, paint};
 pub use region::{ClipBox, ClipError, ClipPlane, ClipRegion, ClipRule};
 use triangle::{Cut, EdgeKey, NEW};
 
@@ -232,6 +232,27 @@ impl<'a> Cutter<'a> {
                 }
             });
         });
+        mesh.paint = self.raw.paint.as_ref().filter(|p| p.fits(self.raw.triangles.len())).map(|paint| {
+            let mut pieces = Vec::with_capacity(total);
+            for (k, ((run, chunk), numbers)) in
+                self.raw.triangles.chunks(GRAIN).zip(&chunks).zip(&numbers).enumerate()
+            {
+                self.each_piece(&sides, run, chunk, |t, corners| {
+                    let whole = run[t];
+                    let place = |v: u64| match v.checked_sub(NEW) {
+                        Some(new) => mesh.positions[numbers[new as usize] as usize],
+                        None => self.raw.positions[v as usize],
+                    };
+                    let weights = || {
+                        let of = whole.map(|v| Vec3::from_array(self.raw.positions[v as usize]));
+                        corners.map(|v| paint::weights_at(of, Vec3::from_array(place(v))))
+                    };
+                    let cut = corners != whole.map(u64::from);
+                    pieces.push(((k * GRAIN + t) as u32, cut.then(weights)));
+                });
+            }
+            paint.cut(&pieces)
+        });
         Some(mesh)
     }
 
@@ -255,14 +276,25 @@ impl<'a> Cutter<'a> {
 
     /// Calls `visit` with the corners of each triangle that comes out of a run, in order; see [`Cut::corners`].
     fn each_kept(&self, sides: &[u64], run: &[[u32; 3]], chunk: &Chunk, mut visit: impl FnMut([u64; 3])) {
+        self.each_piece(sides, run, chunk, |_, corners| visit(corners));
+    }
+
+    /// As [`Cutter::each_kept`], with the place in the run of the triangle that each is of.
+    fn each_piece(
+        &self,
+        sides: &[u64],
+        run: &[[u32; 3]],
+        chunk: &Chunk,
+        mut visit: impl FnMut(usize, [u64; 3]),
+    ) {
         let (mut pieces, mut corners) = (chunk.pieces.iter(), chunk.cut.corners.iter());
-        for &triangle in run {
+        for (t, &triangle) in run.iter().enumerate() {
             match self.fate(sides, triangle) {
-                Fate::Whole => visit(triangle.map(u64::from)),
+                Fate::Whole => visit(t, triangle.map(u64::from)),
                 Fate::Gone => {}
                 Fate::Cut(_) => {
                     let count = pieces.next().copied().unwrap_or_default() as usize;
-                    corners.by_ref().take(count).for_each(|&c| visit(c));
+                    corners.by_ref().take(count).for_each(|&c| visit(t, c));
                 }
             }
         }

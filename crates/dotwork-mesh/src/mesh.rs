@@ -1,12 +1,14 @@
 //! The mesh type, and the order of work that makes it from what a reader found.
 
+use std::sync::Arc;
+
 use dotwork_drawing::Warnings;
 use glam::Vec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::clean::{self, Cleaned};
-use crate::{Topology, normals, winding};
+use crate::{Paint, Topology, normals, winding};
 
 /// Vertices and triangles as a file gives them, before any cleaning.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,6 +29,8 @@ pub struct RawMesh {
     pub normals: Vec<[f32; 3]>,
     /// What its maker vouches for; `None` for what comes from elsewhere, or was changed.
     pub in_order: Option<InOrder>,
+    /// What colours the triangles, one entry for each; multiplied with `colors`.
+    pub paint: Option<Paint>,
     /// How each vertex moves, as a number: vertices at the same place are one only if these are the same too, so that a
     /// surface that opens as it moves is open from the start. Empty where nothing moves.
     pub tracks: Vec<u64>,
@@ -75,6 +79,8 @@ pub struct Mesh {
     pub closed: bool,
     /// Colours of the vertices, sRGB and opacity, 0…255: one for each position, or empty if the source has none.
     pub colors: Vec<[u8; 4]>,
+    /// What colours the triangles, one entry for each; multiplied with `colors`. Shared by all poses.
+    pub paint: Option<Arc<Paint>>,
 }
 
 /// Why a mesh cannot be used. Each text reads well after the name of the file and a colon.
@@ -146,7 +152,8 @@ impl Mesh {
     ///    instead if they are given, brought to unit length; they turn with their faces, and computed ones stand in
     ///    for those that are zero or not finite.
     ///
-    /// Colours or normals that are not one for each position are ignored with a warning. What remains keeps its order,
+    /// Colours or normals that are not one for each position, and paint that is not for each triangle, are ignored with
+    /// a warning. What remains keeps its order,
     /// so a clean mesh keeps its indices. Every change adds a warning.
     ///
     /// # Winding
@@ -186,23 +193,27 @@ impl Mesh {
             let all = (0..raw.positions.len() as u32).collect();
             return Ok((Mesh { origin, ..Mesh::in_order(raw, in_order, warnings)? }, all));
         }
-        let Cleaned { positions, mut triangles, colors, normals: given, sources } =
+        let Cleaned { positions, mut triangles, colors, normals: given, sources, mut paint } =
             clean::clean(raw, options.weld, warnings)?;
         let mut topology = Topology::new(positions.len(), &triangles);
-        let as_given = (smooth && !given.is_empty()).then(|| triangles.clone());
+        let as_given = ((smooth && !given.is_empty()) || paint.is_some()).then(|| triangles.clone());
         if options.orient {
             winding::orient(&positions, &mut triangles, &mut topology, warnings);
         }
+        if let (Some(paint), Some(before)) = (&mut paint, &as_given) {
+            paint.turn(before, &triangles);
+        }
+        let paint = paint.map(Arc::new);
         let closed = topology.is_closed();
         let computed = || normals::normals(&positions, &triangles, &topology, options.crease_angle);
-        let (normals, corner_normals) = match as_given {
+        let (normals, corner_normals) = match as_given.filter(|_| smooth && !given.is_empty()) {
             Some(before) => {
                 let given = normals::turned(&given, &before, &triangles);
                 (normals::completed(given, || computed().0, warnings), triangles.clone())
             }
             None => computed(),
         };
-        Ok((Mesh { positions, triangles, normals, corner_normals, origin, closed, colors }, sources))
+        Ok((Mesh { positions, triangles, normals, corner_normals, origin, closed, colors, paint }, sources))
     }
 
     /// A mesh that its maker put in order, with the normals that it brings: what [`Mesh::build`] would make of it.
@@ -211,7 +222,7 @@ impl Mesh {
         InOrder { closed }: InOrder,
         warnings: &mut Warnings,
     ) -> Result<Mesh, MeshError> {
-        let Cleaned { positions, triangles, colors, normals, .. } = clean::trusted(raw, warnings)?;
+        let Cleaned { positions, triangles, colors, normals, paint, .. } = clean::trusted(raw, warnings)?;
         let given = normals.into_par_iter().map(Vec3::from_array).collect();
         let computed = || {
             let topology = Topology::new(positions.len(), &triangles);
@@ -219,7 +230,8 @@ impl Mesh {
         };
         let normals = normals::completed(given, computed, warnings);
         let corner_normals = triangles.clone();
-        Ok(Mesh { positions, triangles, normals, corner_normals, origin: [0.0; 3], closed, colors })
+        let (origin, paint) = ([0.0; 3], paint.map(Arc::new));
+        Ok(Mesh { positions, triangles, normals, corner_normals, origin, closed, colors, paint })
     }
 
     /// A mesh from plain arrays: vertex positions in object units, and triangles as indices into them,

@@ -96,6 +96,7 @@ impl MovingMesh {
             origin: old.origin,
             closed: old.closed,
             colors: old.colors.clone(),
+            paint: old.paint.clone(),
         }
     }
 

@@ -278,6 +278,7 @@ fn normals_and_colours_are_interpolated_and_vertices_shared() {
         polygons: 1,
         origin: [1e6, 0.0, 0.0],
         in_order: None,
+        paint: None,
         tracks: Vec::new(),
     };
     let plane = ClipPlane::new(DVec3::X, 1e6 + 1.0).unwrap();

@@ -175,6 +175,7 @@ fn ugly(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
         origin: [0.0; 3],
         closed: false,
         colors: Vec::new(),
+        paint: None,
     }
 }
 

@@ -10,6 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::elements::{Asked, Asking, ElementSelector, ask};
+use crate::fill::fills;
 use crate::hiding::Hiding;
 use crate::layers::{Layers, Painter};
 use crate::outline::LineDrawer;
@@ -84,7 +85,8 @@ impl CpuBackend {
         CpuBackend::default()
     }
 
-    /// Draws a frame into `drawing`. Its layers become, for each subject in turn: one; or one for each colour of its dots
+    /// Draws a frame into `drawing`. Its layers become: one with a picture for each subject that is filled, from bottom to
+    /// top; and above them, for each subject in turn: one; or one for each colour of its dots
     /// (see [`dotwork_ink::ColorTable::colors`]), and one for its lines if there are any and they have a colour of their
     /// own.
     pub fn frame(&mut self, frame: &Frame, drawing: &mut Drawing) {
@@ -92,6 +94,10 @@ impl CpuBackend {
         drawing.page = *frame.page;
         let CpuBackend { hiding, chunks, painter, lines, asked } = self;
         let mut layers = Layers::new(&mut drawing.layers);
+        for (k, image) in fills(frame) {
+            let subject = &frame.subjects[k];
+            layers.add(subject, subject.style.color).image = Some(image);
+        }
         for (k, subject) in frame.subjects.iter().enumerate() {
             let id_base = (k as u64) << STIPPLE_BITS;
             // Joining contours to chains is work for one thread: the dots keep the others busy.

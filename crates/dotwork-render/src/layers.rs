@@ -85,6 +85,9 @@ impl Painter {
         }
         chunks.par_iter().zip(&mut self.entries).for_each(|(dots, entries)| {
             let entry = |(&stipple, &depth): (&u32, &f32)| {
+                if table.is_own() {
+                    return table.nearest(subject.stock.tint[stipple as usize]);
+                }
                 let (n_dot_l, z) = place(subject, frame, stipple as usize, depth);
                 table.index(n_dot_l, z)
             };

@@ -13,6 +13,7 @@ mod bands;
 mod covered;
 mod depth;
 mod elements;
+mod fill;
 mod hiding;
 mod layers;
 mod outline;

@@ -174,7 +174,7 @@ impl InkPlan {
             grow: style.grow,
             edges,
             papers,
-            colors: ColorTable::new(style),
+            colors: ColorTable::of_surface(style, &stock.tint).or_else(|| ColorTable::new(style)),
         }
     }
 

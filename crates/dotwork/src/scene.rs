@@ -282,6 +282,7 @@ impl Object {
                 origin: old.origin,
                 polygons: old.triangles.len(),
                 colors: old.colors.clone(),
+                paint: old.paint.as_deref().cloned(),
                 // One a vertex: they may be better than those of the triangles.
                 normals: match old.normals.len() == old.positions.len() {
                     true => old.normals.iter().map(|n| n.to_array()).collect(),

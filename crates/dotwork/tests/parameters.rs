@@ -58,6 +58,7 @@ const SETTINGS: &[Setting] = &[
     Setting { shape: cube, camera: "30,30", zoom: 1.0, keys: &[] },
     Setting { shape: coloured, camera: "20,35", zoom: 1.0, keys: &[] },
     Setting { shape: torus, camera: "20,35", zoom: 1.0, keys: &[("coloring", "both")] },
+    Setting { shape: coloured, camera: "20,35", zoom: 1.0, keys: &[("fill", "own")] },
     Setting { shape: volume, camera: "30,30", zoom: 1.0, keys: &[] },
     // Short outlines.
     Setting { shape: torus, camera: "20,35", zoom: 0.1, keys: &[] },
@@ -189,6 +190,7 @@ fn texts(name: &str) -> &'static [&'static str] {
         "crop" => &["0,0.5,0,1,0,1"],
         "clip" => &["x>0.5", "x>0.5;z>0.6"],
         "outline_color" => &["#804020"],
+        "fill" => &["own", "#804020"],
         "palette" => {
             &["blue-orange", "aerial", "sunset", "ocean", "earth", "viridis", "#102030,#a0b0c0,#ff8000"]
         }

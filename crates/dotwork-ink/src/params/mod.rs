@@ -11,9 +11,9 @@ use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 
 use values::Value;
 pub use values::{
-    BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fraction, GradientMin,
-    Inked, Keep, OutlineColor, PaletteChoice, Rank, Relevance, Role, SilhouetteForm, SizeMax, SurfaceChoice,
-    TwoSided, Visibility, Window,
+    BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fill, Fraction,
+    GradientMin, Inked, Keep, OutlineColor, PaletteChoice, Rank, Relevance, Role, SilhouetteForm, SizeMax,
+    SurfaceChoice, TwoSided, Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -199,9 +199,11 @@ style! {
             "Colour of the lines; auto gives them that of the ink. White ones part coloured forms.", "Lu et al. 2003, 5.7";
         coloring: Coloring = Coloring::None, Kind::Choice(Coloring::WORDS), "",
             "What the colours of dots follow, instead of color: the light (warm where it falls, cool in the shade), the \
-             depth (warm near, cool far), or both (the light's colours fade towards far).",
+             depth (warm near, cool far), both (the light's colours fade towards far), or the surface's own colours, where it \
+             has any.",
             "light: u = (1 + n.L) / 2; depth: u = 1 - z, z = 0 at the near and 1 at the far end of the bounding sphere; \
-             color = mix(cool, warm, u); both: mix(mix(cool, warm, (1 + n.L) / 2), far, z); after Lu et al. 2003, 5.7";
+             color = mix(cool, warm, u); both: mix(mix(cool, warm, (1 + n.L) / 2), far, z); after Lu et al. 2003, 5.7; own: the \
+             nearest of color_steps colours that the surface's were cut into, at the median; after Heckbert 1982";
         warm: Color = crate::coloring::WARM, Kind::Color, "sRGB", "Colour of what is lit or near, u = 1.", "see coloring";
         cool: Color = crate::coloring::COOL, Kind::Color, "sRGB", "Colour of what is in the shade or far, u = 0.",
             "see coloring";
@@ -218,6 +220,12 @@ style! {
         color_steps: f32 = 64.0, Kind::Number { min: 2.0, max: 64.0 }, "colours",
             "How many colours a form is drawn in at most; each is a layer, and for a plotter a pen.",
             "u, and with both u and z, in equal steps";
+        fill: Fill = Fill::None, Kind::Text("none | own | #rrggbb"), "sRGB",
+            "Fills the visible surface under all dots and lines: with one colour, or with the surface's own, where it has \
+             any; own is color, or light grey where that is black, where it has none.", "";
+        fill_opacity: f32 = 1.0, UNIT, "", "How far the fill covers the paper.", "";
+        fill_shade: f32 = 0.0, UNIT, "", "Shades the fill by the light: 0 leaves it flat, 1 darkens it to black where none falls.",
+            "linear light * (1 - fill_shade * shade), shade as in light; Lambert with wrap";
     }
     "Volume" {
         feature: FeatureChoice = FeatureChoice::Auto, Kind::Text("auto | outer | dense | N | LO,HI"), "",

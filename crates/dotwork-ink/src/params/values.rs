@@ -268,6 +268,8 @@ choice! {
         Depth = "depth",
         /// The light, and the distance.
         Both = "both",
+        /// The surface's own colours.
+        Own = "own",
     }
 }
 
@@ -328,6 +330,36 @@ impl Value for OutlineColor {
 
     fn show(&self) -> String {
         self.0.map_or("auto".into(), |color| color.to_string())
+    }
+}
+
+/// What fills the surface under the dots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fill {
+    /// Nothing: the paper shows.
+    #[default]
+    None,
+    /// The surface's own colours.
+    Own,
+    /// One colour.
+    Color(Color),
+}
+
+impl Value for Fill {
+    fn parse(s: &str, param: &Param) -> Result<Self, String> {
+        match s.trim() {
+            "none" => Ok(Fill::None),
+            "own" => Ok(Fill::Own),
+            s => s.parse().map(Fill::Color).or_else(|_: String| refused(s, param)),
+        }
+    }
+
+    fn show(&self) -> String {
+        match self {
+            Fill::None => "none".into(),
+            Fill::Own => "own".into(),
+            Fill::Color(color) => color.to_string(),
+        }
     }
 }
 

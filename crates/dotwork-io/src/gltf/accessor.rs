@@ -145,6 +145,15 @@ impl<'d> Document<'d> {
         Ok(Some((indices, values)))
     }
 
+    /// All bytes of a buffer view.
+    pub(super) fn view(&self, view: u32) -> Result<&[u8], ReadErrorKind> {
+        let length = self.json.buffer_views.get(view as usize).map_or(0, |v| v.byte_length);
+        match self.run(view, 0, length, 1, false) {
+            Ok(run) => Ok(run.bytes),
+            Err(trouble) => Err(trouble.into_kind_of("buffer view", view as usize)),
+        }
+    }
+
     /// `count` elements of `size` bytes from byte `offset` of a buffer view.
     fn run(
         &self,
@@ -208,8 +217,12 @@ enum Trouble {
 
 impl Trouble {
     fn into_kind(self, accessor: usize) -> ReadErrorKind {
+        self.into_kind_of("accessor", accessor)
+    }
+
+    fn into_kind_of(self, what: &'static str, index: usize) -> ReadErrorKind {
         match self {
-            Trouble::Here(reason) => ReadErrorKind::at_item("accessor", accessor, reason),
+            Trouble::Here(reason) => ReadErrorKind::at_item(what, index, reason),
             Trouble::There(kind) => kind,
         }
     }

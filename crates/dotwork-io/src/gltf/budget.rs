@@ -19,6 +19,12 @@ pub(super) const PRIMITIVE: u64 = 64;
 pub(super) const VERTEX: u64 = 52;
 /// A vertex moved by a morph target.
 pub(super) const MOVED_VERTEX: u64 = 12;
+/// The material of a triangle, and the places of its corners on a picture.
+pub(super) const PAINT: u64 = 28;
+/// The place of a vertex on a picture.
+pub(super) const PLACE: u64 = 8;
+/// A pixel of a picture, packed and unpacked.
+pub(super) const PIXEL: u64 = 8;
 /// A corner of a list of triangles.
 pub(super) const LIST_CORNER: u64 = 4;
 /// A corner of a strip or fan, which stands for three.

@@ -20,6 +20,8 @@ pub(super) struct Buffers<'a> {
     fetched: Vec<OnceCell<Content<'a>>>,
     /// Files read, by their resolved paths: a hostile file may name one a thousand times, in as many ways.
     files: RefCell<HashMap<PathBuf, Rc<[u8]>>>,
+    /// Pictures that were read from files, in the order in which they were asked for.
+    pictures: RefCell<Vec<Rc<[u8]>>>,
     /// Bytes in `files`.
     bytes_read: Cell<u64>,
 }
@@ -35,8 +37,8 @@ impl<'a> Buffers<'a> {
     /// Buffers that are yet to be fetched: `chunk` is that of the GLB file.
     pub(super) fn new(folder: &Path, chunk: Option<&'a [u8]>, count: usize) -> Self {
         let fetched = (0..count).map(|_| OnceCell::new()).collect();
-        let (files, bytes_read) = Default::default();
-        Buffers { folder: folder.into(), chunk, fetched, files, bytes_read }
+        let (files, pictures, bytes_read) = Default::default();
+        Buffers { folder: folder.into(), chunk, fetched, files, pictures, bytes_read }
     }
 
     /// The content of a buffer, of its declared length.
@@ -69,12 +71,37 @@ impl<'a> Buffers<'a> {
     /// Adds the buffers that were read from files, in their order, each file once.
     pub(super) fn add_to(&self, sum: &mut Checksum) {
         let mut seen = HashSet::new();
+        let pictures = self.pictures.borrow();
         for content in self.fetched.iter().filter_map(OnceCell::get) {
             if let Content::File(bytes, _) = content
                 && seen.insert(bytes.as_ptr())
             {
                 sum.update(bytes);
             }
+        }
+        for bytes in pictures.iter().filter(|bytes| seen.insert(bytes.as_ptr())) {
+            sum.update(bytes);
+        }
+    }
+
+    /// What a URI holds: a whole file beside the document of at most `most` bytes, or what stands in the URI itself.
+    pub(super) fn picture(&self, json: &Json, uri: &str, most: u64) -> Result<Rc<[u8]>, String> {
+        if let Some(data) = uri.get(..5).filter(|s| s.eq_ignore_ascii_case("data:")).map(|_| &uri[5..]) {
+            return data_uri(data).map(Rc::from);
+        }
+        let quoted = quote(uri.as_bytes());
+        let path = relative_path(uri).map_err(|reason| format!("{quoted} {reason}"))?;
+        let path = self.folder.join(path);
+        let length = std::fs::metadata(&path).map_or(0, |m| m.len());
+        if length > most {
+            return Err(format!("{quoted}: {length} bytes are too many"));
+        }
+        match self.file(json, &path, length).map_err(|reason| format!("{quoted}: {reason}"))? {
+            Content::File(bytes, _) => {
+                self.pictures.borrow_mut().push(Rc::clone(&bytes));
+                Ok(bytes)
+            }
+            _ => Err("has no content".into()),
         }
     }
 
@@ -121,7 +148,7 @@ impl<'a> Buffers<'a> {
         }
         // As much as any buffer may want of it, so that once is enough.
         let wanted = json.buffers.iter().map(|b| b.byte_length).filter(|&length| length <= there).max();
-        let wanted = wanted.unwrap_or(declared);
+        let wanted = wanted.unwrap_or(declared).max(declared);
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(wanted as usize).map_err(|_| format!("{wanted} bytes are too many"))?;
         File::open(&path).map_err(said)?.take(wanted).read_to_end(&mut bytes).map_err(said)?;

@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::budget::{Budget, LIST_CORNER, MOVED_VERTEX, PRIMITIVE, STRIP_CORNER, VERTEX};
 use super::json::{Attributes, Primitive, Shape, Target};
+use super::materials::Painter;
 use super::nodes::{Local, Pose, missing, rest_weights};
 use super::rig::{Part, PlacedCamera, Rig};
 use super::skin::Skin;
@@ -27,6 +28,7 @@ pub(super) fn draw(
 ) -> Result<(RawMesh, Option<Rig>), ReadErrorKind> {
     let json = &document.json;
     let mut drawing = Drawing::default();
+    let mut painter = Painter::new(document);
     // On an account of their own: a clip that is too long leaves the mesh to be drawn.
     let (clips, listed) = clips::read(document, &mut Budget::default(), warnings);
     drawing.moves = !clips.is_empty();
@@ -36,7 +38,7 @@ pub(super) fn draw(
     for node in document.tree.drawn(json, warnings)? {
         let found = &json.nodes[node as usize];
         if let Some(mesh) = found.mesh {
-            drawing.node(document, &pose, node, mesh as usize)?;
+            drawing.node(document, &pose, node, mesh as usize, &mut painter, warnings)?;
         }
         cameras.extend(found.camera.and_then(|camera| lens(document, camera)).map(|lens| (node, lens)));
     }
@@ -49,7 +51,7 @@ pub(super) fn draw(
     }
     let positions = drawing.positions.iter().map(|p| p.to_array()).collect();
     let mesh = drawing.faces.into_mesh(Coordinates::Double(positions), drawing.colors, warnings)?;
-    let mesh = RawMesh { tracks, ..mesh };
+    let mesh = RawMesh { tracks, paint: painter.finish(), ..mesh };
     if clips.is_empty() && cameras.is_empty() {
         return Ok((mesh, None));
     }
@@ -116,6 +118,8 @@ impl Drawing {
         pose: &Pose,
         node: u32,
         index: usize,
+        painter: &mut Painter,
+        warnings: &mut Warnings,
     ) -> Result<(), ReadErrorKind> {
         let json = &document.json;
         let Some(mesh) = json.meshes.get(index) else {
@@ -139,7 +143,9 @@ impl Drawing {
             }
             // Without positions there is nothing to draw; extensions may have meant something else.
             let Some(position) = primitive.attributes.position else { continue };
-            let key = (primitive.attributes, &*primitive.targets);
+            // Where on a picture vertices lie does not part them.
+            let attributes = Attributes { texcoord_0: None, texcoord_1: None, ..primitive.attributes };
+            let key = (attributes, &*primitive.targets);
             let vertices = match placed.get(&key) {
                 Some(&vertices) => vertices,
                 None => {
@@ -153,7 +159,11 @@ impl Drawing {
                     vertices
                 }
             };
+            let first = self.faces.triangles.len();
             self.triangles(document, primitive, mode, vertices, fail)?;
+            let triangles = &self.faces.triangles[first..];
+            let (base, count) = (vertices.base, vertices.count as usize);
+            painter.paint(primitive, triangles, base, count, &mut self.budget, warnings)?;
         }
         Ok(())
     }

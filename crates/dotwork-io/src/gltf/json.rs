@@ -48,6 +48,14 @@ pub(super) struct Json<'a> {
     pub(super) buffer_views: Vec<BufferView>,
     #[serde(borrow, default)]
     pub(super) buffers: Vec<Buffer<'a>>,
+    #[serde(borrow, default, deserialize_with = "limited")]
+    pub(super) materials: Vec<Material<'a>>,
+    #[serde(default, deserialize_with = "limited")]
+    pub(super) textures: Vec<Texture>,
+    #[serde(default, deserialize_with = "limited")]
+    pub(super) samplers: Vec<Wrapping>,
+    #[serde(borrow, default, deserialize_with = "limited")]
+    pub(super) images: Vec<Image<'a>>,
 }
 
 #[derive(Deserialize)]
@@ -100,10 +108,85 @@ pub(super) struct Mesh {
 pub(super) struct Primitive {
     pub(super) attributes: Attributes,
     pub(super) indices: Option<u32>,
+    pub(super) material: Option<u32>,
     /// What the indices make; triangles if not said.
     pub(super) mode: Option<u32>,
     #[serde(default)]
     pub(super) targets: Vec<Target>,
+}
+
+/// A material, as far as its base colour goes.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material<'a> {
+    #[serde(rename = "pbrMetallicRoughness")]
+    pub(super) base: Option<Box<BaseColor>>,
+    #[serde(borrow)]
+    pub(super) alpha_mode: Option<Text<'a>>,
+    pub(super) alpha_cutoff: Option<f32>,
+    pub(super) extensions: Option<Box<MaterialExtensions>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) glossy: Option<BaseColor>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct BaseColor {
+    #[serde(rename = "baseColorFactor", alias = "diffuseFactor")]
+    pub(super) factor: Option<[f32; 4]>,
+    #[serde(rename = "baseColorTexture", alias = "diffuseTexture")]
+    pub(super) texture: Option<TextureOf>,
+}
+
+/// Which texture, and where on it.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureOf {
+    pub(super) index: u32,
+    #[serde(default)]
+    pub(super) tex_coord: u32,
+    pub(super) extensions: Option<TextureExtensions>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    pub(super) offset: Option<[f32; 2]>,
+    pub(super) rotation: Option<f32>,
+    pub(super) scale: Option<[f32; 2]>,
+    pub(super) tex_coord: Option<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Texture {
+    pub(super) sampler: Option<u32>,
+    pub(super) source: Option<u32>,
+}
+
+/// A sampler of a texture.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Wrapping {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
+    pub(super) mag_filter: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image<'a> {
+    #[serde(borrow)]
+    pub(super) uri: Option<Text<'a>>,
+    pub(super) buffer_view: Option<u32>,
 }
 
 /// The attributes that place and colour vertices.
@@ -113,6 +196,10 @@ pub(super) struct Attributes {
     pub(super) position: Option<u32>,
     #[serde(rename = "COLOR_0")]
     pub(super) color: Option<u32>,
+    #[serde(rename = "TEXCOORD_0")]
+    pub(super) texcoord_0: Option<u32>,
+    #[serde(rename = "TEXCOORD_1")]
+    pub(super) texcoord_1: Option<u32>,
     #[serde(rename = "JOINTS_0")]
     pub(super) joints_0: Option<u32>,
     #[serde(rename = "WEIGHTS_0")]

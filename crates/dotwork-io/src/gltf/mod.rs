@@ -8,14 +8,15 @@
 //! Read are nested nodes with matrices or translation, rotation and scale; triangles, strips and fans, indexed or not;
 //! every component type, stride, normalized integers (`KHR_mesh_quantization`) and sparse accessors; buffers in the
 //! file, in the JSON as base64, or beside the file; `COLOR_0`, converted from linear light to sRGB; morph targets with
-//! their default weights; skins of one or two sets of joints, which alone place the vertices; animations of nodes and
+//! their default weights; base colours of materials and their pictures (PNG, JPEG), which a surface's paint keeps; skins of one or two sets of joints, which alone place the vertices; animations of nodes and
 //! weights in steps, lines and cubic splines; cameras. A mirroring transform turns its triangles over.
 //! The default scene is drawn, or all root nodes where there is none.
 //!
 //! Nothing is believed: every index, offset and length is checked in 64 bits before it is used, nodes are walked
 //! without recursion, and what instances and shared accessors may expand to is limited (see [`budget`]).
 //! Limits: Draco and meshopt compression, and every other required extension that changes geometry, are refused by
-//! name; points and lines are counted and skipped; materials are not read.
+//! name; points and lines are counted and skipped; of materials only
+//! the base colour is read. Pictures that cannot be read are left out with a warning.
 
 mod accessor;
 mod budget;
@@ -26,7 +27,9 @@ mod extensions;
 mod facts;
 mod geometry;
 mod json;
+mod materials;
 mod nodes;
+mod pictures;
 mod rig;
 mod skin;
 

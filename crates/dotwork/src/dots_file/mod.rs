@@ -10,6 +10,7 @@
 //! | `K/positions`, `K/normals` | of object `K` (from 0): three `f32` each |
 //! | `K/triangles`, `K/corner_normals` | three `u32` each; the latter only where normals are split |
 //! | `K/colors` | a `u32` a vertex, where vertices have colours: red, green, blue and opacity from the lowest byte |
+//! | `K/paint/material`, `K/paint/corners`, `K/paint/picture N` | where triangles have materials: a `u32` a triangle, six `f32` a triangle (two for each corner), and for each picture a `u32` a pixel as in `K/colors`; `surfaces` has `paint` with `material` tables and the `pictures`' widths and heights |
 //! | `K/radius`, `K/id`, `K/element`, `K/weights` | the bake: `f32`, `u64`, `u32`, two `f32` each |
 //! | `K/neighbours` | where the bake is a hierarchy: four `u32` each, stipples before this one, 2³² − 1 for none |
 //! | `K/voxels/positions`, `K/voxels/normals`, `K/voxels/magnitudes`, `K/voxels/values` | instead of these, where the bake is one of voxels: three `f32` each, then one; `surfaces` has `voxels` with `edges`, `n_max`, `slab`, `seed`, `reference` |
@@ -25,6 +26,7 @@
 
 mod curves;
 mod faces;
+mod paint;
 mod settings;
 mod voxels;
 
@@ -99,6 +101,9 @@ pub fn encode_dots(scene: &Scene) -> Vec<u8> {
         if !mesh.colors.is_empty() {
             let colors: Vec<u32> = mesh.colors.iter().map(|&c| u32::from_le_bytes(c)).collect();
             file.section_u32(&section("colors"), &colors);
+        }
+        if let Some(paint) = &mesh.paint {
+            surface.insert("paint".into(), paint::write(&mut file, k, paint));
         }
         if let Some(elements) = stock.elements.as_ref().filter(|elements| !elements.are_faces()) {
             surface.insert("voxels".into(), voxels::write(&mut file, k, elements));
@@ -230,7 +235,8 @@ fn read_object(
     if !(colors.is_empty() || colors.len() == positions.len()) {
         return Err(broken("vertices and colours differ in number"));
     }
-    let mesh = Mesh { positions, triangles, normals, corner_normals, origin, closed, colors };
+    let paint = paint::read(file, k, surface, triangles.len()).map_err(|e| broken(&e))?;
+    let mesh = Mesh { positions, triangles, normals, corner_normals, origin, closed, colors, paint };
     let radius = mesh.bounding_sphere().1;
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(broken("its surface has no size"));

@@ -115,6 +115,7 @@ fn flat(cut: &CutFace, face: &CutPlane, inks: &[f64]) -> RawMesh {
         origin: cut.mesh.origin,
         polygons: face.triangles.len(),
         in_order: None,
+        paint: None,
         tracks: Vec::new(),
     }
 }

@@ -8,7 +8,7 @@ use dotwork_export::{
     ApngWriter, CsvWriter, GifWriter, Pixels, RasterView, SETTINGS_KEYWORD, apng_frame, gif_frame,
     pixels_per_metre,
 };
-use dotwork_ink::Coloring;
+use dotwork_ink::{Coloring, Fill};
 use dotwork_render::{Raster, Rasterizer};
 use rayon::prelude::*;
 
@@ -214,6 +214,11 @@ fn stays_grey(scene: &Scene) -> bool {
         style.color.is_grey()
             && style.outline_color.0.is_none_or(Color::is_grey)
             && style.coloring == Coloring::None
+            && match style.fill {
+                Fill::None => true,
+                Fill::Own => !o.mesh.is_colored(),
+                Fill::Color(color) => color.is_grey(),
+            }
     };
     paper && scene.objects.iter().all(ink)
 }

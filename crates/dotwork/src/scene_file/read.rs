@@ -258,7 +258,7 @@ fn object(
         placement: Placement::default(),
         place: (source.path.to_path_buf(), source.line(at)),
     };
-    let mut hidden = false;
+    let (mut hidden, mut shaded) = (false, false);
     for (key, value, at) in entries {
         let mut set = |key: &str, value: &str| object.keys.push((key.into(), value.into()));
         match key {
@@ -314,13 +314,12 @@ fn object(
                         "both" => ("true", "true"),
                         "outline" => ("false", "true"),
                         "shaded" => {
-                            let reason = "mode = \"shaded\" is not there yet: surfaces are drawn in dots and lines; \
-                                          mode takes stippled, both, outline or hidden";
-                            return Err(source.error(value.span().start, reason));
+                            shaded = true;
+                            ("false", "false")
                         }
                         _ => {
                             let reason =
-                                format!("mode takes stippled, both, outline or hidden, not '{mode}'");
+                                format!("mode takes shaded, stippled, both, outline or hidden, not '{mode}'");
                             return Err(source.error(value.span().start, reason));
                         }
                     };
@@ -350,6 +349,12 @@ fn object(
     }
     if object.file.as_os_str().is_empty() {
         return Err(source.error(at, "an object has no file"));
+    }
+    if shaded {
+        // Below what the object says of its fill itself. A tenth of the light falls everywhere, so that form does not end
+        // where the light does.
+        let keys = [("fill", "own"), ("fill_shade", "0.9")].map(|(key, value)| (key.into(), value.into()));
+        object.keys.splice(..0, keys);
     }
     Ok((!hidden).then_some(object))
 }

@@ -144,6 +144,7 @@ pub fn voxel(voxels: &Voxels, settings: &VoxelSettings, warnings: &mut Warnings)
         normal,
         baked: baked.into(),
         own: Vec::new(),
+        tint: Vec::new(),
         stretch: Vec::new(),
         elements: Some(Elements {
             position: voxels.position.first(count),
