@@ -328,7 +328,7 @@ impl Pen {
                 if start > 0 && last > 0 {
                     self.points[0] = shortened(self.points[0], self.points[1]);
                 }
-                if (closed || end < line.len()) && last > 1 {
+                if end < line.len() && last > 1 {
                     self.points[last] = shortened(self.points[last], self.points[last - 1]);
                 }
                 let joined = [joined[0] && !closed && start == 0, joined[1] && !closed && end == line.len()];

@@ -15,7 +15,7 @@ pub(super) const GAP: f32 = 4.0;
 const TOLERANCE: f32 = 0.06;
 
 /// Lines that go behind something are seen up to twice this far behind it, pixels.
-const BEYOND: f32 = 0.6;
+const BEYOND: f32 = 0.5;
 
 /// The ink of a line changes over this length to either side of where it should, pixels.
 pub(super) const FADE: f32 = 9.0;
