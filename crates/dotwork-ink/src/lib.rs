@@ -28,8 +28,8 @@ pub use coverage::{Coverage, covered};
 pub use density::{Arrival, DensityTable};
 pub use params::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fill, Fraction,
-    GradientMin, Inked, Keep, Kind, OutlineColor, PARAMS, PaletteChoice, Param, Rank, Relevance, Role,
-    SilhouetteForm, SizeMax, Style, SurfaceChoice, TwoSided, Visibility, Window, find_param,
+    GradientMin, Inked, Keep, Kind, LineMethod, OutlineColor, PARAMS, PaletteChoice, Param, Rank, Relevance,
+    Role, SilhouetteForm, SizeMax, Style, SurfaceChoice, TwoSided, Visibility, Window, find_param,
 };
 pub use presets::{PRESETS, Preset, preset};
 pub use stock::{Baked, Carrier, Elements, Faces, Stock, Vectors};

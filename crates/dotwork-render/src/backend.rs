@@ -112,7 +112,7 @@ impl CpuBackend {
                 }
                 Some(table) => painter.paint(table, subject, frame, &chunks[..count], &mut layers),
             }
-            lines.append(k, &mut layers.for_lines(subject).strokes);
+            lines.append(k, layers.for_lines(subject));
             layers.close_lines(subject);
         }
         layers.finish();

@@ -52,7 +52,8 @@ impl<'a> Layers<'a> {
     pub fn close_lines(&mut self, subject: &Subject) {
         let ink = subject.style.color;
         let own = subject.plan.colors.is_some() || subject.style.outline_color.0.is_some_and(|c| c != ink);
-        if own && self.layers[self.used - 1].strokes.is_empty() {
+        let top = &self.layers[self.used - 1];
+        if own && top.strokes.is_empty() && top.image.is_none() {
             self.used -= 1;
         }
     }

@@ -9,9 +9,10 @@
 //! volume anew for every view; the mesh has the first of the two functions solved once and for all, and the curve lies
 //! on the very surface that dots sit on and that hides.
 //!
-//! Between two vertices a smooth surface bulges over the edge: the points are moved from the edge to the cubic that the
-//! two normals ask for (the boundary curve of a PN triangle: Vlachos et al. 2001), so that a coarse mesh has the outline
-//! of the form that it stands for, and the line lies before its own facets and not behind them.
+//! Between two vertices a smooth surface bulges over the edge: from the edge to the cubic that the two normals ask for (the
+//! boundary curve of a PN triangle: Vlachos et al. 2001). Moved so far, the points of a coarse mesh have the outline of the
+//! form that it stands for, and the line lies before its own facets and not behind them. Whoever draws the line says
+//! whether there is such a form: at bevels, normals are only means.
 //!
 //! At sharp edges the normals fall apart, and with them `g`. There a contour is where the values on both sides differ
 //! in sign: it runs along the edge, and through a face where one of the two changes its sign. A cube's outline is its
@@ -50,16 +51,19 @@ impl Eye {
 /// Chains of points in space, in structure-of-arrays form. A closed chain repeats its first point at the end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chains {
-    /// The points, object units.
+    /// The points, object units, on edges of the mesh.
     pub point: Vec<Vec3>,
+    /// How far the form that the normals tell of bulges over the mesh there.
+    pub bulge: Vec<Vec3>,
     /// The surface's normals there, of unit length but for what is lost between vertices; zero on sharp edges, which
     /// have none.
     pub normal: Vec<Vec3>,
     /// The length of the mesh's edge on which each point lies, object units: by a share of it the mesh's own outline
     /// may be off.
     pub edge: Vec<f32>,
-    /// For each point whether the line can be seen there if nothing else hides it.
-    pub open: Vec<bool>,
+    /// For each point whether the line can be seen there if nothing else hides it: where this is above 0. Between two
+    /// points it changes evenly.
+    pub open: Vec<f32>,
     /// One past the last point of each chain.
     pub end: Vec<u32>,
     /// The triangle that each chain begins in.
@@ -85,6 +89,7 @@ impl Chains {
 
     fn clear(&mut self) {
         self.point.clear();
+        self.bulge.clear();
         self.normal.clear();
         self.edge.clear();
         self.open.clear();
@@ -97,6 +102,7 @@ impl Chains {
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     point: Vec3,
+    bulge: Vec3,
     normal: Vec3,
     /// The edge's length.
     length: f32,
@@ -109,8 +115,8 @@ struct Segment {
     /// the order in which that side's face runs along it; at a vertex, as that twice.
     edge: [u64; 2],
     triangle: u32,
-    /// The surface is convex along the line of sight.
-    convex: bool,
+    /// How g grows towards the eye: above 0 the surface is convex along the line of sight.
+    growth: f32,
 }
 
 /// Traces contours. Memory is kept from frame to frame.
@@ -272,24 +278,32 @@ impl Contours {
     fn follow(&mut self, first: u32) {
         let (chains, order) = (&mut self.chains, &mut self.order);
         let start = order.len();
-        let convex = |e: u32| self.segments[e as usize / 2].convex;
+        let growth = |e: u32| self.segments[e as usize / 2].growth;
+        let in_faces = |e: u32| (e as usize / 2) < self.in_faces;
+        let sign = |growth: f32| if growth > 0.0 { 1.0 } else { -1.0 };
         let mut end = first;
         order.push(first);
-        chains.open.push(convex(first));
+        chains.open.push(sign(growth(first)));
         loop {
             self.used[end as usize / 2] = true;
             let other = end ^ 1;
             let next = self.meets[other as usize];
             let ended = next == NONE || self.used[next as usize / 2];
             order.push(other);
-            // A point between two segments is open if either is: a single triangle's sign is noise.
-            chains.open.push(convex(other) || (!ended && convex(next)));
+            chains.open.push(match (growth(other), if ended { growth(other) } else { growth(next) }) {
+                // Between two segments that differ, growth changes evenly from the middle of one to that of the other.
+                (a, b) if in_faces(other) && !ended && in_faces(next) && (a > 0.0) != (b > 0.0) => {
+                    between(a, b)
+                }
+                // On a sharp edge nothing changes evenly.
+                (a, b) => sign(a.max(b)),
+            });
             if ended {
                 break;
             }
             end = next;
         }
-        if !chains.open[start..].contains(&true) {
+        if !chains.open[start..].iter().any(|&open| open > 0.0) {
             order.truncate(start);
             chains.open.truncate(start);
             return;
@@ -319,19 +333,21 @@ impl Contours {
             face.cross(Face::crossed(g)[1], g)
         };
         chains.point.resize(order.len(), Vec3::ZERO);
+        chains.bulge.resize(order.len(), Vec3::ZERO);
         chains.normal.resize(order.len(), Vec3::ZERO);
         chains.edge.resize(order.len(), 0.0);
         (
             order.par_chunks(POINTS),
             chains.point.par_chunks_mut(POINTS),
+            chains.bulge.par_chunks_mut(POINTS),
             chains.normal.par_chunks_mut(POINTS),
             chains.edge.par_chunks_mut(POINTS),
         )
             .into_par_iter()
-            .for_each(|(order, point, normal, edge)| {
+            .for_each(|(order, point, bulge, normal, edge)| {
                 for (i, &end) in order.iter().enumerate() {
                     let at = crossing(end);
-                    (point[i], normal[i], edge[i]) = (at.point, at.normal, at.length);
+                    (point[i], bulge[i], normal[i], edge[i]) = (at.point, at.bulge, at.normal, at.length);
                 }
             });
     }
@@ -437,6 +453,16 @@ impl<'a> Smooth<'a> {
     }
 }
 
+/// How open the point is between a segment that is open and one that is not, for how g grows in them: so that what is
+/// between a neighbouring point and this one is open as far as the growth is above 0, if it has the values of the
+/// segments in their middles.
+fn between(a: f32, b: f32) -> f32 {
+    let (open, shut) = (a.max(b), a.min(b));
+    // How far into the segment that is shut the line is open, in its lengths; below 0, how far it is not in the other.
+    let over = open / (open - shut) - 0.5;
+    if over >= 0.0 { over / (1.0 - over) } else { over / (1.0 + over) }
+}
+
 /// Where the values at two places along a line are zero in between, as a share of the way.
 #[inline(always)]
 fn zero(from: f32, to: f32) -> f32 {
@@ -487,7 +513,8 @@ impl Face {
         let sight = eye.from((p[0] + p[1] + p[2]) * (1.0 / 3.0));
         let growth = (g[1] - g[0]) * n.cross(-ac).dot(sight) + (g[2] - g[0]) * n.cross(ab).dot(sight);
         let edge = Face::crossed(g).map(|k| self.place_on(k));
-        Segment { triangle: self.t, edge, convex: growth > 0.0 }
+        // Neighbours of other sizes are compared with it.
+        Segment { triangle: self.t, edge, growth: growth / n.length_squared().max(f32::MIN_POSITIVE) }
     }
 
     /// The name of the place where the contour crosses the edge from corner `k` to the next.
@@ -512,12 +539,12 @@ impl Face {
         let length = along.length();
         if self.sharp >> k & 1 == 1 {
             // On the edge itself.
-            return Crossing { point, normal, length };
+            return Crossing { point, bulge: Vec3::ZERO, normal, length };
         }
         let bulge = ((1.0 - s) * s) * (to * (s * along.dot(to)) - from * ((1.0 - s) * along.dot(from)));
         let most = MOST_BULGE * length;
         let bulge = if bulge.length_squared() > most * most { bulge.normalize() * most } else { bulge };
-        Crossing { point: point + bulge, normal, length }
+        Crossing { point, bulge, normal, length }
     }
 }
 
@@ -560,10 +587,14 @@ impl Contours {
                 if to > 1.0 || left_in == right_in {
                     continue;
                 }
-                let at =
-                    |s: f32| Crossing { point: p[0] + (p[1] - p[0]) * s, normal: Vec3::ZERO, length: 0.0 };
-                let convex = edge.angle > 0.0;
-                self.segments.push(Segment { triangle: edge.faces[0], edge: [from_key, to_key], convex });
+                let at = |s: f32| Crossing {
+                    point: p[0] + (p[1] - p[0]) * s,
+                    bulge: Vec3::ZERO,
+                    normal: Vec3::ZERO,
+                    length: 0.0,
+                };
+                let growth = if edge.angle > 0.0 { 1.0 } else { -1.0 };
+                self.segments.push(Segment { triangle: edge.faces[0], edge: [from_key, to_key], growth });
                 self.begins.push(at(from));
                 self.ends.push(at(to));
             }
@@ -609,7 +640,7 @@ mod tests {
             let chains = contours.trace(&sphere, &Creases::default(), Eye::Towards(direction), |_| false);
             assert_eq!(chains.len(), 1);
             assert_eq!(chains.point[0], chains.point[chains.points(0).end - 1], "it is closed");
-            assert!(chains.open.iter().all(|&o| o), "a sphere is convex");
+            assert!(chains.open.iter().all(|&o| o > 0.0), "a sphere is convex");
             for &p in &chains.point {
                 assert!((p - center).dot(direction).abs() < 0.005 * radius, "in the plane across the sight");
                 assert!(((p - center).length() / radius - 1.0).abs() < 0.005);
@@ -632,7 +663,7 @@ mod tests {
         let length = |chains: &Chains, open: bool| -> f32 {
             (0..chains.len())
                 .flat_map(|k| chains.points(k).skip(1))
-                .filter(|&i| (chains.open[i] && chains.open[i - 1]) == open)
+                .filter(|&i| (chains.open[i] > 0.0 && chains.open[i - 1] > 0.0) == open)
                 .map(|i| (chains.point[i] - chains.point[i - 1]).length())
                 .sum()
         };

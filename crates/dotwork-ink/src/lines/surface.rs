@@ -13,6 +13,8 @@ pub struct SurfaceLines {
     pub creases: Creases,
     /// Chains of sharp edges, to be drawn as creases, as `(edge, reversed)`; see [`Creases::chains`].
     pub chains: Vec<Vec<(u32, bool)>>,
+    /// Vertices at which sharp edges meet, in rising order: the ends of chains there are no ends of lines.
+    pub joints: Vec<u32>,
     /// Creases of a surface without sharp edges.
     pub ridges: Ridges,
     /// Up to which radius of curvature an edge was looked for, object units; 0 if none was.
@@ -31,7 +33,11 @@ impl SurfaceLines {
     pub fn find(mesh: &Mesh, angle: f32) -> SurfaceLines {
         let creases = mesh.creases(angle);
         let chains = creases.chains(angle);
-        SurfaceLines { borders: mesh.borders(), creases, chains, ..SurfaceLines::default() }
+        let mut ends: Vec<u32> = creases.edges.iter().flat_map(|edge| edge.ends).collect();
+        ends.sort_unstable();
+        let mut joints: Vec<u32> = ends.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]).collect();
+        joints.dedup();
+        SurfaceLines { borders: mesh.borders(), creases, chains, joints, ..SurfaceLines::default() }
     }
 
     /// The same lines on another pose of their mesh; `None` if they are the very same, as those of a smooth surface are.

@@ -12,8 +12,8 @@ use dotwork_drawing::{Color, ColorSpace, Length, Unit};
 use values::Value;
 pub use values::{
     BakeMethod, Clip, Coloring, Crop, CurvesMethod, Factors, Fade, FeatureChoice, Fill, Fraction,
-    GradientMin, Inked, Keep, OutlineColor, PaletteChoice, Rank, Relevance, Role, SilhouetteForm, SizeMax,
-    SurfaceChoice, TwoSided, Visibility, Window,
+    GradientMin, Inked, Keep, LineMethod, OutlineColor, PaletteChoice, Rank, Relevance, Role, SilhouetteForm,
+    SizeMax, SurfaceChoice, TwoSided, Visibility, Window,
 };
 
 /// What values a parameter takes.
@@ -187,6 +187,14 @@ style! {
             "width * depth of the centre / depth";
         outline_min: Length = Length::percent(1.5), Kind::Length, "length",
             "Visible stretches of outline shorter than this are left out.", "";
+        outline_thin: f32 = 0.0, UNIT, "",
+            "How lines change their width with the size of the object on the page: 0 keeps it, 1 makes it proportional.",
+            "width * (radius of the bounding sphere on the page / the radius that fits the page)^outline_thin; \
+             Lu et al. 2003, 5.6";
+        lines: LineMethod = LineMethod::Vector, Kind::Choice(LineMethod::WORDS), "",
+            "Draws a mesh's outline as strokes, or as a picture: front faces into a depth buffer, and the edges of back faces \
+             that are as near, all of one width.",
+            "image: Raskar and Cohen 1999, in Lu et al. 2003, 5.6";
         creases: bool = false, Kind::Switch, "", "Draws sharp edges too, with the outline.",
             "edges whose faces meet at more than crease_min";
         crease_min: f32 = 50.0, Kind::Number { min: 10.0, max: 180.0 }, "degrees",

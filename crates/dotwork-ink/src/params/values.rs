@@ -136,6 +136,16 @@ choice! {
 }
 
 choice! {
+    /// How outlines are drawn.
+    LineMethod {
+        /// As strokes: contours of the smooth surface, without what is hidden.
+        Vector = "vector",
+        /// As a picture: the edges of back faces that are as near as the front faces there.
+        Image = "image",
+    }
+}
+
+choice! {
     /// What is drawn for a voxel of a silhouette curve.
     CurvesMethod {
         /// A segment through its centre, along the curve.

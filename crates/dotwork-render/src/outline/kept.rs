@@ -1,12 +1,13 @@
 //! The lines of each object of a frame, kept while nothing that they depend on changes.
 
-use dotwork_drawing::{Length, Page, Strokes};
+use dotwork_drawing::{Color, Image, Layer, Length, Page, Strokes};
 use dotwork_ink::lines::{Criteria, SurfaceLines, VoxelCurves};
-use dotwork_ink::{CurvesMethod, Role, Style, Visibility};
+use dotwork_ink::{CurvesMethod, LineMethod, Role, Style, Visibility};
 use dotwork_mesh::Mesh;
 
-use super::Outliner;
+use super::image::ImageDrawer;
 use super::voxels::CurveDrawer;
+use super::{Outliner, line_width};
 use crate::backend::{Frame, Subject};
 use crate::hiding::Hiding;
 use crate::same::Seen;
@@ -16,6 +17,7 @@ use crate::same::Seen;
 pub(crate) struct LineDrawer {
     outliner: Outliner,
     curves: CurveDrawer,
+    images: ImageDrawer,
     /// The lines of each object.
     kept: Vec<Kept>,
 }
@@ -25,6 +27,8 @@ pub(crate) struct LineDrawer {
 struct Kept {
     of: Option<Of>,
     strokes: Strokes,
+    /// What takes the place of strokes.
+    image: Option<Image>,
 }
 
 /// What lines depend on.
@@ -44,6 +48,10 @@ struct Way {
     outlines: bool,
     creases: bool,
     width: Length,
+    thin: f32,
+    lines: LineMethod,
+    /// Pictures have colours; strokes take that of their layer.
+    color: Option<Color>,
     shortest: Length,
     method: CurvesMethod,
     criteria: Criteria,
@@ -52,12 +60,20 @@ struct Way {
     context_thin: f32,
 }
 
+/// The colour in which a style draws lines.
+fn line_color(style: &Style) -> Color {
+    style.outline_color.0.unwrap_or(style.color)
+}
+
 impl Way {
     fn of(style: &Style) -> Way {
         Way {
             outlines: style.outlines,
             creases: style.creases,
             width: style.outline,
+            thin: style.outline_thin,
+            lines: style.lines,
+            color: (style.lines == LineMethod::Image).then(|| line_color(style)),
             shortest: style.outline_min,
             method: style.curves_method,
             criteria: Criteria::of(style),
@@ -111,10 +127,14 @@ impl LineDrawer {
         if !kept.of.as_ref().is_some_and(|of| of.is(frame, subject, version)) {
             kept.of = Some(Of::new(frame, subject, version));
             kept.strokes.clear();
+            kept.image = None;
             let Frame { view, page, .. } = *frame;
             let hidden = hiding.of(subject.style);
             if let Some(curves) = subject.curves {
                 self.curves.draw(curves, subject.style, (view, page), hidden, id_base, &mut kept.strokes);
+            } else if subject.style.lines == LineMethod::Image {
+                let line = (line_color(subject.style), line_width(subject.style, view, page));
+                kept.image = self.images.draw(subject.mesh, line, (view, page), hidden);
             } else {
                 let Subject { mesh, lines, style, .. } = *subject;
                 self.outliner.draw(mesh, lines, style, view, page, hidden, id_base, &mut kept.strokes);
@@ -122,9 +142,11 @@ impl LineDrawer {
         }
     }
 
-    /// Appends the lines of object `k` to `strokes`.
-    pub fn append(&self, k: usize, strokes: &mut Strokes) {
-        strokes.extend_from(&self.kept[k].strokes);
+    /// Puts the lines of object `k` into `layer`, which has no picture yet.
+    pub fn append(&self, k: usize, layer: &mut Layer) {
+        let Kept { strokes, image, .. } = &self.kept[k];
+        layer.strokes.extend_from(strokes);
+        layer.image.clone_from(image);
     }
 
     /// Forgets the lines of all but the first `count` objects.

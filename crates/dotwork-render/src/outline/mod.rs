@@ -11,6 +11,8 @@
 //! Before a focus the lines of a context keep the share of their ink that its dots keep: half of the loss is width,
 //! half is darkness.
 
+use dotwork_drawing::camera::FIT;
+use dotwork_drawing::hash::hash3;
 use dotwork_drawing::{Page, Projection, StrokeKind, Strokes, View};
 use dotwork_ink::Style;
 use dotwork_ink::lines::{Chains, Contours, Eye, SurfaceLines};
@@ -18,8 +20,10 @@ use dotwork_mesh::Mesh;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+mod image;
 mod kept;
 mod path;
+mod sheet;
 mod taken;
 mod voxels;
 
@@ -28,16 +32,10 @@ pub(crate) use kept::LineDrawer;
 use crate::covered::Covered;
 use crate::hiding::Hidden;
 use crate::outline::path::{
-    FADE, GAP, STEP, Sample, close_gaps, fade, hermite, mark_corners, resample, simplify, smooth, taper,
+    FADE, GAP, STEP, Sample, close_gaps, resample, shortened, simplify, smooth, taper,
 };
+use crate::outline::sheet::{Place, Sheet, Stops};
 use crate::outline::taken::Taken;
-use crate::veil::Veil;
-
-/// The outline of a coarse mesh lies outside the contour by up to this share of an edge: an arc of 100° and its chord.
-const SAGITTA: f32 = 0.2;
-
-/// But no further than this is looked for it, pixels.
-const FARTHEST: f32 = 12.0;
 
 /// Lines behind translucent matter are drawn down to this transmittance.
 const FAINTEST: f32 = 0.35;
@@ -58,6 +56,39 @@ const BORDERS: u64 = 1 << 33;
 /// Marks the ids of creases.
 const CREASES: u64 = 1 << 34;
 
+/// A name for a chain of contour that the chain in the next frame, a little to the side, most likely has too: of the cubes
+/// that it passes, as large as itself, the one whose number comes first in an order that has been shuffled.
+fn name(points: &[Vec3]) -> u32 {
+    let low = points.iter().fold(Vec3::INFINITY, |low, &p| low.min(p));
+    let high = points.iter().fold(Vec3::NEG_INFINITY, |high, &p| high.max(p));
+    let level = (high - low).max_element().max(f32::MIN_POSITIVE).log2().ceil() as i32;
+    let cell = 2f32.powi(level);
+    let number = |p: &Vec3| {
+        let [x, y, z] = (*p / cell).floor().to_array().map(|v| v as i32 as u32);
+        hash3(hash3(x, y, z), level as u32, 0)
+    };
+    points.iter().map(number).min().unwrap_or(0)
+}
+
+/// The width of lines at the depth of the centre, pixels. Seen from afar an object has thinner lines, as far as
+/// `outline_thin` says: its bounding sphere on the page tells how far.
+fn line_width(style: &Style, view: &View, page: &Page) -> f32 {
+    let width = style.outline.to_px(page);
+    if style.outline_thin == 0.0 {
+        return width;
+    }
+    let on_page = match view.projection {
+        Projection::Parallel { px_per_unit } => px_per_unit * view.radius,
+        // The tangent from the eye to the sphere, as in the view that fits it.
+        Projection::Perspective { focal_px } => {
+            let share = (view.radius / view.distance).min(0.999);
+            focal_px * share / (1.0 - share * share).sqrt()
+        }
+    };
+    let fitting = 0.5 * FIT * page.short_side_px();
+    width * (on_page / fitting).powf(style.outline_thin).clamp(0.02, 20.0)
+}
+
 /// Draws outlines. Memory is kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct Outliner {
@@ -72,6 +103,7 @@ pub(crate) struct Outliner {
 /// Draws one line after the other.
 #[derive(Default)]
 struct Pen {
+    stops: Stops,
     /// The points of the chain at work.
     line: Vec<Sample>,
     /// Points of the stretch at work, before and after a round of smoothing.
@@ -86,7 +118,7 @@ struct Pen {
 
 impl Outliner {
     /// Appends the outline and the `lines` of a mesh to `strokes`, without what `hidden` hides and thinned as it
-    /// says. Ids are `id_base` and the triangle in which an outline begins, the vertex with which a border or the edge
+    /// says. Ids are `id_base` and the name of an outline, the vertex with which a border or the edge
     /// with which a crease does.
     pub fn draw(
         &mut self,
@@ -103,7 +135,7 @@ impl Outliner {
             Projection::Perspective { .. } => Eye::At(view.eye),
             Projection::Parallel { .. } => Eye::Towards(view.back),
         };
-        let sheet = Sheet { view, page, hidden, width: style.outline.to_px(page) };
+        let sheet = Sheet { view, page, hidden, width: line_width(style, view, page) };
         let shortest = style.outline_min.to_px(page);
         let mut contours = std::mem::take(&mut self.contours);
         // A place of a line is seen if one of nine pixels shows it. Where a line bridges a gap, no place in there is
@@ -119,13 +151,12 @@ impl Outliner {
         });
         self.outlines(chains, &sheet, shortest, id_base, strokes);
         let pen = &mut self.pens[0];
-        let place =
-            |v: u32| Place { point: mesh.positions[v as usize], normal: Vec3::ZERO, edge: 0.0, open: true };
+        let place = |v: u32| Place::on_edge(mesh.positions[v as usize]);
         for border in &lines.borders {
             let closed = border.len() > 3 && border.first() == border.last();
-            sheet.line(border.iter().copied().map(place), &mut pen.line);
+            sheet.line(border.iter().copied().map(place), &mut pen.stops, &mut pen.line);
             let id = id_base | BORDERS | u64::from(border[0]);
-            pen.stretches(StrokeKind::Border, closed, shortest, id, strokes);
+            pen.stretches(StrokeKind::Border, closed, [false; 2], shortest, id, strokes);
         }
         if style.creases {
             // What is outline in this view has been drawn as that.
@@ -138,10 +169,13 @@ impl Outliner {
                 };
                 let vertices = std::iter::once(ends(&piece[0])[0]).chain(piece.iter().map(|e| ends(e)[1]));
                 let closed = piece.len() > 2 && ends(&piece[0])[0] == ends(&piece[piece.len() - 1])[1];
-                sheet.line(vertices.map(place), &mut pen.line);
+                let joined = [ends(&piece[0])[0], ends(&piece[piece.len() - 1])[1]]
+                    .map(|v| lines.joints.binary_search(&v).is_ok());
+                sheet.line(vertices.map(place), &mut pen.stops, &mut pen.line);
                 pen.stretches(
                     StrokeKind::Crease,
                     closed,
+                    joined,
                     shortest,
                     id_base | CREASES | u64::from(first),
                     strokes,
@@ -208,13 +242,19 @@ impl Outliner {
         for k in 0..lines.ridges.end.len() {
             let points = lines.ridges.points(k);
             let closed = points.len() > 3 && points.first() == points.last();
-            let place = |&point: &Vec3| Place { point, normal: Vec3::ZERO, edge: 0.0, open: true };
-            sheet.line(points.iter().map(place), &mut pen.line);
+            sheet.line(points.iter().copied().map(Place::on_edge), &mut pen.stops, &mut pen.line);
             for p in &mut pen.line {
                 p.corner = false;
                 p.visible &= !self.taken.near(p.at);
             }
-            pen.stretches(StrokeKind::Crease, closed, shortest, id_base | CREASES | k as u64, strokes);
+            pen.stretches(
+                StrokeKind::Crease,
+                closed,
+                [false; 2],
+                shortest,
+                id_base | CREASES | k as u64,
+                strokes,
+            );
         }
     }
 }
@@ -238,21 +278,31 @@ impl Pen {
             return;
         }
         let closed = range.len() > 3 && chains.point[range.start] == chains.point[range.end - 1];
-        let id = id_base | u64::from(chains.triangle[k]);
+        let id = id_base | u64::from(name(&chains.point[range.clone()]));
         let points = range.map(|i| Place {
             point: chains.point[i],
+            bulge: chains.bulge[i],
             normal: chains.normal[i],
             edge: chains.edge[i],
             open: chains.open[i],
         });
-        sheet.line(points, &mut self.line);
+        sheet.line(points, &mut self.stops, &mut self.line);
         let mut strokes = std::mem::take(&mut self.strokes);
-        self.stretches(StrokeKind::Silhouette, closed, shortest, id, &mut strokes);
+        self.stretches(StrokeKind::Silhouette, closed, [false; 2], shortest, id, &mut strokes);
         self.strokes = strokes;
     }
 
-    /// Draws the visible stretches of the line in `line`.
-    fn stretches(&mut self, kind: StrokeKind, closed: bool, shortest: f32, id: u64, strokes: &mut Strokes) {
+    /// Draws the visible stretches of the line in `line`. Where it is `joined` to others at its ends, it meets them in
+    /// full width.
+    fn stretches(
+        &mut self,
+        kind: StrokeKind,
+        closed: bool,
+        joined: [bool; 2],
+        shortest: f32,
+        id: u64,
+        strokes: &mut Strokes,
+    ) {
         let mut line = std::mem::take(&mut self.line);
         let mut whole = false;
         if closed {
@@ -265,7 +315,7 @@ impl Pen {
         }
         if whole {
             self.points.clone_from(&line);
-            self.stroke(kind, true, shortest, id, strokes);
+            self.stroke(kind, true, [true; 2], shortest, id, strokes);
         } else {
             close_gaps(&mut line);
             let mut from = 0;
@@ -273,7 +323,16 @@ impl Pen {
                 let end = line[start..].iter().position(|p| !p.visible).map_or(line.len(), |i| start + i);
                 self.points.clear();
                 self.points.extend_from_slice(&line[start..end]);
-                self.stroke(kind, false, shortest, id, strokes);
+                // A line that goes behind something is seen a bit too far: as long as one pixel around shows it.
+                let last = self.points.len() - 1;
+                if start > 0 && last > 0 {
+                    self.points[0] = shortened(self.points[0], self.points[1]);
+                }
+                if end < line.len() && last > 1 {
+                    self.points[last] = shortened(self.points[last], self.points[last - 1]);
+                }
+                let joined = [joined[0] && !closed && start == 0, joined[1] && !closed && end == line.len()];
+                self.stroke(kind, false, joined, shortest, id, strokes);
                 from = end;
             }
         }
@@ -281,7 +340,15 @@ impl Pen {
     }
 
     /// Draws the stretch in `points`.
-    fn stroke(&mut self, kind: StrokeKind, closed: bool, shortest: f32, id: u64, strokes: &mut Strokes) {
+    fn stroke(
+        &mut self,
+        kind: StrokeKind,
+        closed: bool,
+        joined: [bool; 2],
+        shortest: f32,
+        id: u64,
+        strokes: &mut Strokes,
+    ) {
         let points = &mut self.points;
         let length: f32 = points.windows(2).map(|w| (w[1].at - w[0].at).length()).sum();
         if points.len() < 3 || length < shortest {
@@ -315,7 +382,7 @@ impl Pen {
         if whole {
             points.push(points[0]);
         } else if !closed {
-            taper(points);
+            taper(points, joined);
         }
         simplify(points, &mut self.kept, &mut self.stack);
         for (p, _) in points.iter().zip(&self.kept).filter(|&(_, &kept)| kept) {
@@ -328,83 +395,5 @@ impl Pen {
         strokes.end.push(strokes.x.len() as u32);
         strokes.id.push(id);
         strokes.kind.push(kind);
-    }
-}
-
-/// A place of a line in space.
-struct Place {
-    point: Vec3,
-    /// The surface's normal; zero if the line has no outer side.
-    normal: Vec3,
-    /// Length of the mesh's edges there.
-    edge: f32,
-    /// The surface itself does not hide it.
-    open: bool,
-}
-
-/// What lines are drawn on.
-struct Sheet<'a> {
-    view: &'a View,
-    page: &'a Page,
-    hidden: Hidden<'a>,
-    /// Width of a line at the depth of the centre, pixels.
-    width: f32,
-}
-
-impl Sheet<'_> {
-    /// Replaces `line` by samples of a line in space, at most [`STEP`] apart.
-    fn line(&self, places: impl Iterator<Item = Place>, line: &mut Vec<Sample>) {
-        let Sheet { view, page, hidden, width } = *self;
-        let Hidden { depth, veil, .. } = hidden;
-        line.clear();
-        let mut last: Option<Sample> = None;
-        for Place { point, normal, edge, open } in places {
-            let (x, y, depth) = view.project(point);
-            let here = Sample {
-                at: Vec2::new(x, y),
-                depth,
-                // A nearer line is a bolder one, within reason.
-                width: width * if view.is_parallel() { 1.0 } else { (view.distance / depth).clamp(0.5, 2.0) },
-                outwards: Vec2::new(normal.dot(view.right), -normal.dot(view.up)).normalize_or_zero(),
-                reach: (SAGITTA * edge * view.px_per_unit(depth)).min(FARTHEST),
-                visible: open,
-                corner: false,
-                darkness: 1.0,
-            };
-            let before = last.replace(here).unwrap_or(here);
-            let steps = ((here.at - before.at).length() / STEP).ceil().clamp(1.0, 4096.0) as u32;
-            for s in 1..=steps {
-                let t = s as f32 / steps as f32;
-                let visible = if t < 0.5 { before.visible } else { here.visible };
-                let at = hermite(before, here, t);
-                // Along a line on the page, the inverse of the depth changes evenly in perspective.
-                let inverse = 1.0 / before.depth + (1.0 / here.depth - 1.0 / before.depth) * t;
-                let mixed = Sample::mix(before, here, t);
-                let depth = if view.is_parallel() { mixed.depth } else { 1.0 / inverse };
-                line.push(Sample { at, visible, depth, ..mixed });
-            }
-        }
-        mark_corners(line);
-        let margin = page.margin_px;
-        let (right, bottom) = (page.width as f32 - margin, page.height as f32 - margin);
-        if hidden.focus.is_some() {
-            for p in line.iter_mut() {
-                p.darkness = hidden.before_focus(view, p.at.x, p.at.y, p.depth);
-            }
-            fade(line);
-        }
-        for p in line {
-            let on_page = p.at.x >= margin && p.at.y >= margin && p.at.x <= right && p.at.y <= bottom;
-            // Lines do not thin: they end where little comes through.
-            let veiled = |v: &Veil| {
-                let at = p.at + p.outwards * 2.0;
-                v.transmittance(at.x, at.y, p.depth) < FAINTEST
-            };
-            p.visible = p.visible
-                && on_page
-                && !veil.is_some_and(veiled)
-                && !depth
-                    .is_some_and(|d| d.hides_line(view, p.at.into(), p.depth, p.outwards.into(), p.reach));
-        }
     }
 }

@@ -2,6 +2,9 @@
 
 use glam::Vec2;
 
+/// Ways shorter than this are straight, pixels.
+const SHORT: f32 = 2.0;
+
 /// Distance between the points at which a line is looked at, pixels.
 pub(super) const STEP: f32 = 1.5;
 
@@ -11,6 +14,9 @@ pub(super) const GAP: f32 = 4.0;
 /// A point is left out where the line without it is off by no more than this, pixels.
 const TOLERANCE: f32 = 0.06;
 
+/// Lines that go behind something are seen up to twice this far behind it, pixels.
+const BEYOND: f32 = 0.5;
+
 /// The ink of a line changes over this length to either side of where it should, pixels.
 pub(super) const FADE: f32 = 9.0;
 
@@ -19,6 +25,12 @@ const GONE: f32 = 0.01;
 
 /// Lines end in a point over this many of their widths.
 const TAPER: f32 = 5.0;
+
+/// A way is round if the line turns by as much over no less than this share of its length, both before and after it.
+const EVEN: f32 = 0.45;
+
+/// It is flat if that is no more than this share before or after it.
+const SUDDEN: f32 = 0.25;
 
 /// A point of a line on the page.
 #[derive(Clone, Copy, Default)]
@@ -46,9 +58,10 @@ impl Sample {
     }
 }
 
-/// The place at the share `t` of the way between two points of a line: on the cubic whose tangents are at right angles
-/// to the outward directions there, or on the straight line where those do not agree with the way.
-pub(super) fn hermite(a: Sample, b: Sample, t: f32) -> Vec2 {
+/// The place at the share `t` of the way between two points of a line: as far as it is `round`, on the cubic whose
+/// tangents are at right angles to the outward directions there, or on the straight line where those do not agree with
+/// the way.
+pub(super) fn hermite(a: Sample, b: Sample, round: f32, t: f32) -> Vec2 {
     let way = b.at - a.at;
     let straight = a.at.lerp(b.at, t);
     let tangent = |outwards: Vec2| {
@@ -56,14 +69,62 @@ pub(super) fn hermite(a: Sample, b: Sample, t: f32) -> Vec2 {
         along * along.dot(way)
     };
     let (from, to) = (tangent(a.outwards), tangent(b.outwards));
-    // Short ways are straight; tangents that leave by over 37° belong to a cusp, or to no smooth outline.
+    // Tangents that leave by over 37° belong to a cusp, or to no smooth outline.
     let square = way.length_squared();
     let agrees = |tangent: Vec2| tangent.dot(way) > 0.64 * square;
-    if square < 4.0 || a.outwards.dot(b.outwards) < 0.5 || !agrees(from) || !agrees(to) {
+    if square < SHORT * SHORT || a.outwards.dot(b.outwards) < 0.5 || !agrees(from) || !agrees(to) {
         return straight;
     }
     let (u, v) = (t * (1.0 - t) * (1.0 - t), t * t * (1.0 - t));
-    straight + (from - way) * u - (to - way) * v
+    straight + ((from - way) * u - (to - way) * v) * round
+}
+
+/// How round each way from a point of a line to the next is, 0…1, into `round`.
+///
+/// Where a smooth form has been sampled coarsely, it turns over the next stretch about as fast as here. A long flat side
+/// between bevels seems to turn too, since the normals at its ends are means that lean over the bevels; but at its ends
+/// the line turns many times as fast. Such sides are flat.
+pub(super) fn roundness(line: &[Sample], round: &mut Vec<f32>) {
+    let n = line.len();
+    let closed = n > 3 && line[0].at == line[n - 1].at;
+    round.clear();
+    round.extend((1..n).map(|i| {
+        let (a, b) = (&line[i - 1], &line[i]);
+        let length = (b.at - a.at).length();
+        if length < SHORT || a.outwards == Vec2::ZERO || b.outwards == Vec2::ZERO {
+            return 1.0;
+        }
+        let turned = a.outwards.angle_to(b.outwards).abs();
+        if turned < 1e-3 {
+            return 1.0;
+        }
+        // The way to either side over which the line turns by as much: its length where it is even.
+        let walk = |reversed: bool| {
+            let (mut walked, mut angle) = (0.0, 0.0);
+            let mut k = if reversed { i - 1 } else { i };
+            while walked < EVEN * length {
+                let next = match (reversed, closed) {
+                    (false, false) if k + 1 == n => break,
+                    (true, false) if k == 0 => break,
+                    (false, _) if k + 1 >= n => 1,
+                    (false, _) => k + 1,
+                    (true, _) if k == 0 => n - 2,
+                    (true, _) => k - 1,
+                };
+                let (p, q) = (&line[k], &line[next]);
+                if p.outwards == Vec2::ZERO || q.outwards == Vec2::ZERO {
+                    break;
+                }
+                let (way, turn) = ((q.at - p.at).length(), p.outwards.angle_to(q.outwards).abs());
+                if angle + turn >= turned {
+                    return walked + way * (turned - angle) / turn.max(1e-6);
+                }
+                (walked, angle, k) = (walked + way, angle + turn, next);
+            }
+            length
+        };
+        ((walk(false).min(walk(true)) / length - SUDDEN) / (EVEN - SUDDEN)).clamp(0.0, 1.0)
+    }));
 }
 
 /// Finds the corners of lines along edges, which are exact: no smoothing may cut them.
@@ -110,6 +171,13 @@ pub(super) fn fade(line: &mut [Sample]) {
         p.width *= p.darkness;
         p.visible &= mean > GONE;
     }
+}
+
+/// The end of a line, [`BEYOND`] nearer to the point before it.
+pub(super) fn shortened(end: Sample, before: Sample) -> Sample {
+    let length = (end.at - before.at).length();
+    let t = if length > 0.0 { (BEYOND / length).min(1.0) } else { 0.0 };
+    Sample { at: end.at.lerp(before.at, t), depth: end.depth + (before.depth - end.depth) * t, ..end }
 }
 
 /// Makes short hidden stretches between visible ones visible.
@@ -170,9 +238,9 @@ pub(super) fn smooth(points: &mut Vec<Sample>, out: &mut Vec<Sample>, closed: bo
     std::mem::swap(points, out);
 }
 
-/// Lets both ends of a line run out into points.
-pub(super) fn taper(points: &mut [Sample]) {
-    for reversed in [false, true] {
+/// Lets the ends of a line run out into points, but for those at which it is joined to others.
+pub(super) fn taper(points: &mut [Sample], joined: [bool; 2]) {
+    for reversed in [false, true].into_iter().filter(|&reversed| !joined[usize::from(reversed)]) {
         let mut walked = 0.0;
         for k in 0..points.len() {
             let at = |k: usize| if reversed { points.len() - 1 - k } else { k };

@@ -11,7 +11,7 @@ use dotwork_ink::lines::{Chosen, Criteria, Eye, MAX_PIECE_ID, Piece, VoxelCurves
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::FAINTEST;
+use super::{FAINTEST, line_width};
 use crate::hiding::Hidden;
 
 /// Voxels a task draws.
@@ -50,7 +50,7 @@ impl CurveDrawer {
             view,
             page,
             hidden,
-            width: style.outline.to_px(page),
+            width: line_width(style, view, page),
             reach: REACH * curves.lattice.edge(),
             id_base: id_base | CURVES,
         };
