@@ -56,10 +56,17 @@ impl Endless {
 pub(crate) struct Added {
     /// The plan of the stock as if it had no end.
     plan: Option<(Arc<InkPlan>, Arc<InkPlan>)>,
-    /// The bricks that were shown last, by stage, of which stock and in which pose, and what came of it.
-    shown: Option<(Vec<Vec<Cell>>, Arc<Stock>, Arc<Mesh>)>,
+    /// What was shown last.
+    shown: Option<Shown>,
     /// The stock with what was added for the frame, and its plan; `None`: nothing was.
     pub full: Option<(Arc<Stock>, Arc<InkPlan>)>,
+}
+
+/// What a stock was completed with: the bricks by stage, of which stock and in which pose.
+struct Shown {
+    cells: Vec<Vec<Cell>>,
+    of: Arc<Stock>,
+    pose: Arc<Mesh>,
 }
 
 impl Added {
@@ -122,8 +129,8 @@ impl Added {
             by_stage = asked_by(&posed(gathered(&bricks), object, stretch.as_deref()), reach);
             found.extend(bricks);
         }
-        let same = self.shown.as_ref().is_some_and(|(shown, of, pose)| {
-            *shown == cells && Arc::ptr_eq(of, stock) && Arc::ptr_eq(pose, &object.mesh)
+        let same = self.shown.as_ref().is_some_and(|shown| {
+            shown.cells == cells && Arc::ptr_eq(&shown.of, stock) && Arc::ptr_eq(&shown.pose, &object.mesh)
         });
         if found.is_empty() {
             (self.shown, self.full) = (None, None);
@@ -131,7 +138,7 @@ impl Added {
             let more = posed(in_order(gathered(&found)), object, stretch.as_deref());
             let plan = Arc::new(endless_plan.with(&more.baked.radius));
             self.full = Some((Arc::new(stock.with(&more)), plan));
-            self.shown = Some((cells, stock.clone(), object.mesh.clone()));
+            self.shown = Some(Shown { cells, of: stock.clone(), pose: object.mesh.clone() });
         }
     }
 }

@@ -143,8 +143,8 @@ pub fn draw_film<T: Send>(
     let side_by_side = rayon::current_num_threads().min(frames.len()).max(1);
     let mut artists: Vec<(Artist, Rasterizer)> = Vec::new();
     artists.resize_with(side_by_side, Default::default);
-    for batch in frames.chunks(side_by_side) {
-        let made: Vec<T> = artists
+    let mut draw = |batch: &[u32]| -> Vec<T> {
+        artists
             .par_iter_mut()
             .zip(batch)
             .map(|((artist, rasterizer), &n)| {
@@ -152,12 +152,21 @@ pub fn draw_film<T: Send>(
                 let drawing = artist.draw(&now);
                 make(rasterizer, n, drawing, &artist.as_drawn(&now))
             })
-            .collect();
-        for (&n, made) in batch.iter().zip(made) {
-            each(n, made)?;
-        }
+            .collect()
+    };
+    // While some frames are drawn, those before them are written.
+    let mut waiting: Vec<(u32, T)> = Vec::new();
+    for batch in frames.chunks(side_by_side) {
+        let (drawn, written) = std::thread::scope(|scope| {
+            let drawing = scope.spawn(|| draw(batch));
+            let written = waiting.drain(..).try_for_each(|(n, made)| each(n, made));
+            (drawing.join(), written)
+        });
+        written?;
+        let drawn = drawn.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        waiting.extend(batch.iter().copied().zip(drawn));
     }
-    Ok(())
+    waiting.into_iter().try_for_each(|(n, made)| each(n, made))
 }
 
 /// A drawing as pixels: grey or colour, as it is; with its paper clear, red, green, blue and opacity.
