@@ -607,7 +607,10 @@ impl Scene {
                         let Needed { stipples, seen } = artist.stipples_needed(scene, k);
                         // Where little of a surface is seen, more is made when it is drawn, and only there.
                         let shown = (SEEN_TIMES * seen * stipples as f64) as usize;
-                        let baked = stipples.min(shown.max(ENOUGH_STIPPLES));
+                        // But lists and hierarchies end.
+                        let endless = scene.objects[k].style.bake == BakeMethod::BlueNoise;
+                        let enough = if endless { shown.max(ENOUGH_STIPPLES) } else { usize::MAX };
+                        let baked = stipples.min(enough);
                         *needed = baked.clamp(*needed, MAX_AUTO_STIPPLES);
                     }
                 };
