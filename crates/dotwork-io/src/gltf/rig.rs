@@ -14,6 +14,9 @@ use super::clips::Clip;
 use super::nodes::{Local, Pose, Tree};
 use super::skin::{self, Influences, Skin};
 
+/// Weights that round to the same of so many steps move alike, as far as can be seen.
+const WEIGHT_STEPS: f32 = 512.0;
+
 /// Vertices that a task places.
 const GRAIN: usize = 4096;
 
@@ -123,11 +126,16 @@ impl Part {
             let mut vector = |p: [f32; 3]| p.iter().for_each(|c| hash.write_u32((c + 0.0).to_bits()));
             vector(self.local[v]);
             self.targets.iter().filter(|t| !t.is_empty()).for_each(|t| vector(t[v]));
-            for Influences { joints, weights } in &self.influences {
-                for (&joint, &weight) in joints[v].iter().zip(&weights[v]).filter(|(_, w)| **w != 0.0) {
-                    hash.write_u32(joint);
-                    hash.write_u32(weight.to_bits());
-                }
+            // Two vertices at a seam may list their joints in another order, and differ in the last digits.
+            let mut pulled = [(u32::MAX, 0i32); 8];
+            let all = self.influences.iter().flat_map(|i| i.joints[v].into_iter().zip(i.weights[v]));
+            for (place, (joint, weight)) in pulled.iter_mut().zip(all) {
+                *place = (joint, (weight * WEIGHT_STEPS).round() as i32);
+            }
+            pulled.sort_unstable();
+            for (joint, weight) in pulled.into_iter().filter(|p| p.1 != 0) {
+                hash.write_u32(joint);
+                hash.write_i32(weight);
             }
             hash.finish()
         };
